@@ -106,22 +106,6 @@ def in_two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def as_text(value: Any, write: Callable[[Any], str] = str) -> str:
-    """A value as messages show it.
-
-    Args:
-        value: What was given.
-        write: Writes it.
-
-    Returns:
-        Its text; words for a whole number that is longer than Python writes.
-    """
-    try:
-        return write(value)
-    except ValueError:  # Python writes no whole number of more than some thousand digits
-        return "a number of thousands of digits"
-
-
 class InputError(ValueError):
     r"""The input is unusable.
 

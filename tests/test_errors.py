@@ -17,7 +17,6 @@ from rwjax.errors import (
     LogError,
     RigError,
     alike,
-    as_text,
     counted,
     in_two_digits,
     nearest,
@@ -226,8 +225,3 @@ def test_a_function_that_looks_at_its_arguments_is_still_itself() -> None:
         return f"{rig.name} {number}"
 
     assert named(platform(), number=2.0).endswith(" 2.0") and named.__doc__ == "Words."
-
-
-def test_a_number_longer_than_python_writes_is_said_in_words() -> None:
-    assert as_text(0.5) == "0.5" and as_text("a", repr) == "'a'"
-    assert as_text(10**4300) == "a number of thousands of digits" == as_text([10**4300])

@@ -53,19 +53,18 @@ def diagnose(
 
     Example: `rwjax diagnose rig.toml logs/*.csv -o diagnosis`
     """
+    from rwjax.diagnosis.budget import Budget
+    from rwjax.diagnosis.diagnosis import diagnose as run
+    from rwjax.fitting import garbage, processes
+    from rwjax.fitting.segments import with_segments
+    from rwjax.logs.read import read_logs
+    from rwjax.report.html import check_page
+    from rwjax.report.results import clear_results
+    from rwjax.rig.read import read_rig
+
+    check_segments(segments)
     positive(budget=budget)
     with unanswered() as answered, progress(quiet, lines=True) as show:
-        show("reading the logs")
-        from rwjax.diagnosis.budget import Budget
-        from rwjax.diagnosis.diagnosis import diagnose as run
-        from rwjax.fitting import garbage, processes
-        from rwjax.fitting.segments import with_segments
-        from rwjax.logs.read import read_logs
-        from rwjax.report.html import check_page
-        from rwjax.report.results import clear_results
-        from rwjax.rig.read import read_rig
-
-        check_segments(segments)
         limit, rig = Budget(budget), read_rig(rig_file)
         logs = read_logs(log_files, rig)
         target = ResultFolder(output, clear_results, (rig_file, *log_files))

@@ -64,17 +64,16 @@ def fit(
 
     Example: `rwjax fit rig.toml logs/*.csv -o fitted.toml`
     """
+    from rwjax.errors import RigError
+    from rwjax.fitting.segments import with_segments
+    from rwjax.logs.read import read_logs
+    from rwjax.rig.write import write_rig
+    from rwjax.text_files import write_text
+
+    check_segments(segments)
     if output is not None:
         check_file(output, rig_file, *log_files)
     with unanswered(), progress(quiet, lines=True) as show:
-        show("reading the logs")
-        from rwjax.errors import RigError
-        from rwjax.fitting.segments import with_segments
-        from rwjax.logs.read import read_logs
-        from rwjax.rig.write import write_rig
-        from rwjax.text_files import write_text
-
-        check_segments(segments)
         read, identify = _chosen(method, bootstrap, solver, smooth, segments, show)
         rig = read(rig_file)
         logs = read_logs(log_files, rig)

@@ -6,8 +6,8 @@ from threading import Event, Thread
 
 from rwjax.cli.terminal import tell
 
-FIRST_S, EVERY_S = 1.0, 5.0
-"""Seconds before the first line and between two lines where stderr is no terminal: what takes less than a second needs none."""
+EVERY_S = 5.0
+"""Seconds between two lines where stderr is no terminal."""
 
 
 @contextmanager
@@ -40,15 +40,14 @@ def progress(quiet: bool, *, lines: bool = False) -> Iterator[Callable[[str], No
 
 @contextmanager
 def _lines() -> Iterator[Callable[[str], None]]:
-    """The latest step as a line on stderr, looked at after `FIRST_S` and then every `EVERY_S`: an estimate that is told again would be wrong by then."""
+    """The latest step as a line on stderr, looked at every `EVERY_S`: an estimate that is told again would be wrong by then."""
     latest, ended = [""], Event()
 
     def say() -> None:
-        said, wait = "", FIRST_S
-        while not ended.wait(wait):
+        said = ""
+        while not ended.wait(EVERY_S):
             if latest[0] != said:
                 tell(said := latest[0])
-            wait = EVERY_S if said else FIRST_S
 
     thread = Thread(target=say, daemon=True)
     thread.start()

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rwjax.errors import RigError, as_text, nearest, no_name
+from rwjax.errors import RigError, nearest, no_name
 from rwjax.kinds import KEYS, KINDS, SIGNS, beyond
 
 
@@ -85,7 +85,10 @@ def shown(value: Any) -> str:
     Returns:
         The value as text.
     """
-    return as_text(value, repr)
+    try:
+        return repr(value)
+    except ValueError:  # Python writes no whole number of more than some thousand digits
+        return "a number of thousands of digits"
 
 
 def number(key: str, value: Any, sign: str = "any", unit: str = "", finite: bool = True) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
-from rwjax.errors import InputError, as_text
+from rwjax.errors import InputError
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
@@ -90,9 +90,7 @@ class Smooth(Solver):
         if self.width is None or isinstance(self.width, Tracer):
             return
         if not _is_positive(self.width):
-            raise InputError(
-                f"width {as_text(self.width)}: the width of the smooth sign has to be a positive number [rad/s]"
-            )
+            raise InputError(f"width {self.width}: the width of the smooth sign has to be a positive number [rad/s]")
 
     def suited(self, rig: Rig, logs: Sequence[Log]) -> "Smooth":
         """This solver with a width by what the encoders resolve, and a method by how stiff the rig is."""

@@ -59,7 +59,6 @@ class Shell:
         (folder / "rig.toml").write_text(RIG)
         (folder / "fit.json").write_text(json.dumps(FIT))
         patch.chdir(folder)
-        patch.setattr("rwjax.cli.progress.FIRST_S", 600.0)
         patch.setattr("rwjax.cli.progress.EVERY_S", 600.0)  # a slow machine says no more than a fast one
 
     def __call__(self, *arguments: str) -> tuple[int, str, str]:

@@ -9,7 +9,6 @@ from tests.cli.shell import Shell
 
 @pytest.mark.slow
 def test_dump_writes_its_course(shell: Shell) -> None:
-    shell.patch.setattr("rwjax.cli.progress.FIRST_S", 0.01)
     shell.patch.setattr("rwjax.cli.progress.EVERY_S", 0.01)
     code, out, err = shell("dump", "rig.toml", "--spin", "4000", "--json", "-o", "dump.csv")
     assert code == 0, err

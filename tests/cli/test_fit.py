@@ -38,7 +38,6 @@ def test_logs_that_tell_nothing_of_any_free_number_give_no_rig_file(tmp_path: Pa
 
 
 def test_a_fit_says_what_it_is_at(shell: Shell) -> None:
-    shell.patch.setattr("rwjax.cli.progress.FIRST_S", 0.01)
     shell.patch.setattr("rwjax.cli.progress.EVERY_S", 0.01)
     code, _, err = shell("fit", str(DEMO / "rig.toml"), LOGS[0], "-o", "fitted.toml")
     assert (

@@ -33,7 +33,6 @@ def test_a_terminal_sees_the_step_that_runs(
 def test_elsewhere_each_step_that_is_looked_at_is_one_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shown, "FIRST_S", 0.05)
     monkeypatch.setattr(shown, "EVERY_S", 0.05)
     with progress(quiet=False, lines=True) as show:
         time.sleep(0.2)
@@ -49,16 +48,3 @@ def test_elsewhere_each_step_that_is_looked_at_is_one_line(
         show("fitting")
         time.sleep(0.1)
     assert capsys.readouterr().err == ""
-
-
-def test_the_first_step_is_said_before_the_others(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(shown, "FIRST_S", 0.05)
-    monkeypatch.setattr(shown, "EVERY_S", 1e3)
-    with progress(quiet=False, lines=True) as show:
-        show("reading the logs")
-        time.sleep(0.3)
-        show("looking at the logs")
-        time.sleep(0.3)
-    assert capsys.readouterr().err.splitlines() == ["reading the logs"]

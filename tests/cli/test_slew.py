@@ -8,7 +8,6 @@ from tests.cli.shell import DEMO, LIMITS, Shell, table
 
 @pytest.mark.slow
 def test_slew_writes_its_course(shell: Shell) -> None:
-    shell.patch.setattr("rwjax.cli.progress.FIRST_S", 0.01)
     shell.patch.setattr("rwjax.cli.progress.EVERY_S", 0.01)
     code, out, err = shell("slew", "rig.toml", "--angle", "20", *LIMITS)
     assert code == 0, err

@@ -28,7 +28,6 @@ def test_tune_answers_with_both_sets_of_gains(shell: Shell) -> None:
         assert answer[name]["modulus"] == pytest.approx(min(moduli), rel=1e-9) and gains[1] > 0.0
     assert answer["plants"] == 20 and answer["robust"]["modulus"] > answer["tuned"]["modulus"] > 0.4
     assert abs(answer["tuned"]["error"]) < abs(answer["robust"]["error"]) and answer["stable_with_tuned"] == 1.0
-    shell.patch.setattr("rwjax.cli.progress.FIRST_S", 0.01)
     shell.patch.setattr("rwjax.cli.progress.EVERY_S", 0.01)
     _, out, err = shell("tune", "rig.toml", *options)
     assert err.startswith("looking for the most robust gains for 20 plants\n") and "tuning through the closed" in err

@@ -265,10 +265,3 @@ for width in ({}, [0.1], "wide", np.array("x"), np.array(1j), np.array(True), Tr
         f"width {width}: the width of the smooth sign has to be a positive number [rad/s]"
         for width in ("{}", "[0.1]", "wide", "x", "1j", "True", "True", 10**400)
     ]
-
-
-def test_a_width_longer_than_python_writes_is_refused_in_one_line() -> None:
-    with pytest.raises(
-        InputError, match="^width a number of thousands of digits: the width of the smooth sign has to be"
-    ):
-        Smooth(10**4300)
