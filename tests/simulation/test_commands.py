@@ -61,6 +61,20 @@ def test_steps_and_readings_see_the_mean_of_the_held_command(late: dict, overlap
     assert seen == pytest.approx(mean(t, u, at, at + min(h, np.diff(log.time).min())), abs=1e-9)
 
 
+@pytest.mark.parametrize("late", [{}, {"drive.delay": {"tau": 0.0011}}], ids=["at once", "late"])
+def test_of_many_samples_within_a_step_all_are_seen(late: dict) -> None:
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.choice([1e-5, 2e-5, 7e-5, 4e-4], 400))
+    u = rng.normal(size=len(t))
+    batch, steps, seen = acting(platform(), record(t, u, {"yaw_rad": np.zeros_like(t)}), late)
+    h, tau = batch.h[0], late.get("drive.delay", {}).get("tau", 0.0)
+    assert len(batch.sample_index) > 40
+    grid = t[0] + h * np.arange(len(steps) + 1) - tau
+    assert steps == pytest.approx(mean(t, u, grid[:-1], grid[1:]), abs=1e-9)
+    at, width = t - tau, min(h, np.diff(t).min())
+    assert seen == pytest.approx(mean(t, u, at, at + width), abs=1e-9 * h / width)
+
+
 @pytest.mark.parametrize("pace", [1.0, 0.9])
 def test_a_lag_runs_in_the_time_of_the_rig_and_a_reading_sees_what_is_there_at_its_time(pace: float) -> None:
     u = np.where(TIME >= 0.05, 1.0, 0.0)
