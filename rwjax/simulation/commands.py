@@ -176,9 +176,9 @@ def _area_until(
 ) -> Float[Array, " s"]:
     """Area of a command up to some times; `later`: how many samples the held one may be behind."""
     i = held[point]
-    for halving in reversed(range(later.bit_length())):
-        later_one = jnp.minimum(i + (1 << halving), len(t) - 1)
-        i = jnp.where(t[later_one] <= time, later_one, i)
+    for power in reversed(range(later.bit_length())):
+        ahead = jnp.minimum(i + 2**power, len(t) - 1)
+        i = jnp.where(t[ahead] <= time, ahead, i)
     return area[i] + u[i] * (time - t[i])  # the first command is taken to have been held before the log
 
 
