@@ -38,6 +38,7 @@ class Budget:
         self._asked = Event()
         self._searched = False  # whether a search has begun
         self._searching = False
+        self._kept = 0.0  # of the budget for what comes after the search that is under way [s]
 
     def stop(self) -> bool:
         """Ends the search as soon as can be, from any thread or a signal's handler.
@@ -56,20 +57,27 @@ class Budget:
     @property
     def left(self) -> float:
         """Time that is left [s]."""
-        return 0.0 if self.stopped else max(self.seconds - (self._clock() - self._begun), 0.0)
+        return self._left(self._kept)
+
+    def _left(self, kept: float) -> float:
+        return 0.0 if self.stopped else max(self.seconds - kept - (self._clock() - self._begun), 0.0)
 
     @contextmanager
-    def searching(self) -> Iterator[None]:
+    def searching(self, kept: float = 0.0) -> Iterator[None]:
         """What the budget limits. Outside of it `check` does nothing: the answer itself is always worked out.
+
+        Args:
+            kept: share of the whole budget that is kept for a further search, which judges what this one has come to [1].
 
         Yields:
             Nothing.
         """
         self._searched = self._searching = True
+        self._kept = kept * self.seconds if kept and math.isfinite(self.seconds) else 0.0
         try:
             yield
         finally:
-            self._searching = False
+            self._searching, self._kept = False, 0.0
 
     def check(self) -> None:
         """Ends the search where the budget has ended.
@@ -78,16 +86,16 @@ class Budget:
             Stopped: it has.
         """
         if self._searching:
-            self.end()
+            _ended(self.left)
 
-    def end(self) -> None:
-        """Ends what works for a search on another thread, also after the search itself has left.
+    def ending(self) -> Callable[[], None]:
+        """What ends work for this search on another thread, also after the search itself has left.
 
-        Raises:
-            Stopped: the budget has ended.
+        Returns:
+            A function that raises `Stopped` where this search's part of the budget has ended.
         """
-        if not self.left:
-            raise Stopped
+        kept = self._kept
+        return lambda: _ended(self._left(kept))
 
     def heeded(self, search: Simulating[T]) -> Simulating[T]:
         """The same search, which ends with the budget.
@@ -112,3 +120,9 @@ class Budget:
             except StopIteration as end:
                 return end.value
             readings = yield wanted
+
+
+def _ended(left: float) -> None:
+    """Ends a search with no time left [s]."""
+    if not left:
+        raise Stopped

@@ -39,7 +39,7 @@ from rwjax.diagnosis.verdict import (
     stands_out,
 )
 from rwjax.diagnosis.waterfall import Rung
-from rwjax.diagnosis.words import UNIT, evidence_elsewhere, not_compared, sure_of, why_not
+from rwjax.diagnosis.words import UNIT, evidence_elsewhere, not_compared, sure_of, went_no_further, why_not
 from rwjax.diagnosis.worst_windows import worst_windows
 from rwjax.errors import refuses_other_types
 from rwjax.fitting.multiple_shooting import Fit
@@ -135,7 +135,7 @@ def _answer(judged: Judged, choice: Choice, among: Asked) -> Diagnosis:
     found = fits(outcome.named)
     spread = uncertainty(found)
     proposed, where = _next(fits, outcome, further, among), _where(fits, choice, outcome)
-    steps = _growing(outcome.named) if further.complete else [outcome.named][: len(outcome.named.names)]
+    steps = _growing(outcome.named) if further.answers else [outcome.named][: len(outcome.named.names)]
     waterfall, alternatives_waterfall = _waterfalls(judged, first, steps, rivals)
     shown, limits = [found, *(fits(e) for e in rivals[1:])], fits.settings.remarks
     corrected, away = _corrected(rig, outcome.named, found, spread)
@@ -191,6 +191,8 @@ def _ended(further: Further) -> list[str]:
         return []
     budget, led = headway.budget, f"; best until then was {headway.best}" if headway.best else ""
     why = "an interruption" if budget.stopped else f"the budget of {budget.seconds:g} s"
+    if further.claim:
+        return [went_no_further(further.claim.named.names, why, led)]
     if choice.complete:
         names = " and ".join(map(spoken, choice.best.names)) or "the rig as it is"
         return [
@@ -258,12 +260,12 @@ def _how_far(further: Further) -> _Outcome:
     """How far the choice closes the gap on held-out logs, and the verdict."""
     judged, choice = further.judged, further.choice
     fits, settings = judged.fits, judged.fits.settings
-    best = _by_importance(choice.best, judged) if further.complete else choice.best
+    best = _by_importance(choice.best, judged) if further.answers else choice.best
     gaps = judged.gaps(judged(best))
     headline_gap = gaps[judged.signal]
     closes = closes_in_part(headline_gap, settings, followed=further.followed)
     verdict, named = judge(choice, gaps, judged.signal, settings.verdict), best
-    if not further.complete or (further.refused and not further.claim):
+    if not further.answers or (further.refused and not further.claim):
         verdict = "unknown"
     elif verdict == "unknown" and further.claim and closes:
         verdict = "partial"
@@ -348,11 +350,11 @@ def _ranking(further: Further, outcome: _Outcome) -> tuple[Ranked, ...]:
     judged, choice = further.judged, further.choice
     ranked, unit, most = [], UNIT[judged.signal], judged.fits.settings.report.ranked
     beside, after = {outcome.named, *outcome.alternatives}, judged.rms(outcome.named)
-    if further.complete:
+    if further.answers:
         judged.prepare([e for e, _ in choice.ranking[:most]])
     for k, (e, probability) in enumerate(choice.ranking):
         first = k < most
-        leaves = judged.rms(e) if first and (further.complete or e == choice.best) else None
+        leaves = judged.rms(e) if first and (further.answers or e == choice.best) else None
         told = first and e not in beside and outcome.verdict != "none"
         likelier = any(other == outcome.named for other, _ in choice.ranking[k + 1 :])
         why = why_not(leaves, outcome.named.names, after, unit, more_evidence=likelier) if told else None

@@ -75,7 +75,7 @@ def _exactly(fits: ModelFits, problem: Problem, begun: Fit, most: float) -> Fit:
     """A fit after a few trial steps by exact derivatives, and carried to its end where they leave at most so much."""
     nodes, c = measured_nodes(problem, begun.theta), begun.coordinates
     least, steps = (
-        partial(least_squares, problem, c, check=fits.headway.budget.end),
+        partial(least_squares, problem, c, check=fits.headway.budget.ending()),
         fits.settings.fitting.trial_steps,
     )
     found = least(begun.theta, start=begun.start, nodes=nodes, most_steps=steps)

@@ -34,7 +34,7 @@ class Further:
         refused: names that may not be claimed, and why.
         outside: a set that may not be claimed, and the same with a law outside the list in it, which does as well; else none.
         held: numbers of the rig that ran away beside names that may not be claimed for it.
-        ended: whether the budget ended this stage.
+        ended: whether the budget ended this stage, beside whose end a claim is of what was compared until then.
         followed: whether only the held-out runs show a visible part.
     """
 
@@ -51,6 +51,11 @@ class Further:
     def complete(self) -> bool:
         """Whether the whole search came to its end."""
         return self.choice.complete and not self.ended
+
+    @property
+    def answers(self) -> bool:
+        """Whether something may be said of what was found: the search came to its end, or a part holds of what it had come to."""
+        return self.complete or self.claim is not None
 
 
 def may_be_claimed(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
@@ -88,20 +93,40 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
     visible = compare.leaves_visible(choice.best)
     if not visible and _verdict_of(judged, choice) != "unknown":
         return Further(judged, choice)
+    search, budget = FurtherSearch(fits, names), fits.headway.budget
+    more = compare.leaves_something(choice.best)
     try:
-        with fits.headway.budget.searching():
-            more = compare.leaves_something(choice.best)
+        with budget.searching(kept=fits.settings.partial.kept):
             if more:
                 fits.free_starts_of_what_leads()
-            search = FurtherSearch(fits, names)
             further = search.go_on(choice.best) if more else choice
+    except Stopped:
+        further = None
+    try:
+        with budget.searching():
+            if further is None:
+                return _so_far(judged, search, choice, followed=not visible)
             held = _holding(judged, search, further, followed=not visible)
             if held.claim is None and choice.best.names and choice.best != further.best:
-                first = search.chosen(choice.best, search.rivals(choice.best))
-                held = _first_of_two(_holding(judged, search, first, followed=not visible), held)
+                held = _first_of_two(_of_the_first(judged, search, choice, followed=not visible), held)
             return held if held.claim else replace(held, choice=choice)
     except Stopped:
         return Further(judged.anew(), choice, ended=True)
+
+
+def _of_the_first(judged: Judged, search: FurtherSearch, choice: Choice, *, followed: bool) -> Further:
+    """What holds of a choice that a search has gone on from."""
+    first = search.chosen(choice.best, search.rivals(choice.best))
+    return _holding(judged, search, first, followed=followed)
+
+
+def _so_far(judged: Judged, search: FurtherSearch, choice: Choice, *, followed: bool) -> Further:
+    """What holds of a choice where the budget has ended the search that went on from it, by what was compared until then."""
+    if choice.best.names:
+        held = _of_the_first(judged, search, choice, followed=followed)
+        if held.claim:
+            return replace(held, ended=True)
+    return Further(judged.anew(), choice, ended=True)
 
 
 def _holding(judged: Judged, search: FurtherSearch, choice: Choice, *, followed: bool) -> Further:
@@ -127,10 +152,10 @@ def _first_of_two(first: Further, beside: Further) -> Further:
 
 def _claims(further: Further) -> Hypothesis | None:
     """The names that are to be claimed, None where nothing is."""
-    if not further.complete:
-        return None
     if further.claim:
         return further.claim.named
+    if not further.complete:
+        return None
     claims = not further.refused and _verdict_of(further.judged, further.choice) in CLAIMS
     return further.choice.best if claims else None
 
@@ -199,7 +224,7 @@ def _told_apart(further: Further) -> Further:
         with judged.fits.headway.budget.searching():
             found = doing_as_well(judged.fits, asked)
     except Stopped:
-        return replace(further, judged=judged.anew(), ended=True)
+        return replace(further, judged=judged.anew(), claim=None, ended=True)
     gain, needed = ModelComparison(judged.fits).gain, judged.fits.settings.search.needed
     found = [one for one in found if not one.instead.contains(named) or gain(one.instead, named) > needed]
     further = replace(further, judged=judged.anew())

@@ -83,7 +83,7 @@ class Diagnosis:
         rig: the rig as it is.
         logs: all logs, or the parts into which a single one was split; segments where free runs follow those.
         verdict: one of the five outcomes.
-        complete: whether the search came to its end; one that the budget or an interruption has ended claims nothing.
+        complete: whether the search came to its end; one that the budget or an interruption has ended claims nothing but `partial`.
         untried: candidates that were then not compared.
         restricted: whether some candidates were left out on purpose.
         uninformative: why the logs say nothing, None where they do.
@@ -146,7 +146,7 @@ class Diagnosis:
     def sentence(self) -> str:
         """What the diagnosis says, as one sentence."""
         gap, unit = self.gaps[self.signal], UNIT[self.signal]
-        if not self.complete:
+        if not self.complete and self.verdict == "unknown":
             return unfinished_sentence(self.effects, len(self.untried), gap, unit)
         known = "candidate asked for" if self.restricted else "effect of the library"
         other = left_elsewhere(self.gaps, self.signal, self.settings.verdict)
@@ -162,9 +162,11 @@ class Diagnosis:
         return self._among(said)
 
     def _among(self, said: str) -> str:
-        """A sentence that claims something, with the candidates among which it does."""
-        claims = self.verdict in CLAIMS
-        return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted and claims else said
+        """A sentence that claims something, with the candidates among which it does, and whether the search went on to its end."""
+        if self.verdict in CLAIMS:
+            said = said if self.complete else f"{said[:-1]}; the search for it was ended."
+            return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted else said
+        return said
 
     @property
     def headline(self) -> str:

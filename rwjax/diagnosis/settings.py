@@ -171,6 +171,10 @@ class PartialSettings:
     alternatives: int = _limit(
         3, "rivals that leave about as much and do without a name, above which it is not claimed"
     )
+    kept: float = _limit(
+        0.2,
+        "share of the budget that is kept to judge the names found first where the search for what stands beside them does not end",
+    )
 
 
 @dataclass(frozen=True)

@@ -180,6 +180,24 @@ def beside_runaways(times: Mapping[str, float]) -> str:
     return f"beside it {told} {runs} away, as where something holds a part, and what that is is not named"
 
 
+def went_no_further(names: Sequence[str], why: str, led: str) -> str:
+    """What a diagnosis says that claims a part of what is missing, and whose search for the rest was ended, as one sentence.
+
+    Args:
+        names: the names that are claimed.
+        why: what ended the search.
+        led: what left least until then, as a clause, or nothing.
+
+    Returns:
+        The sentence.
+    """
+    said = " and ".join(map(spoken, names))
+    return (
+        f"{why} ended the search for what is missing beside {said}, which holds by what was compared until then; a search that ends may name "
+        f"more, or something else in its place{led}"
+    )
+
+
 def unfinished_sentence(effects: tuple[str, ...], untried: int, gap: Gap, unit: str) -> str:
     """What a diagnosis says whose search did not come to its end, as one sentence.
 

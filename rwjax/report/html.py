@@ -84,7 +84,7 @@ def corrected_text(d: Diagnosis) -> str:
 
 def _cautions(d: Diagnosis) -> tuple[str, ...]:
     """What is not sure of a corrected rig of which nothing is claimed, or which is one of several."""
-    if not d.complete or d.verdict == "unknown":
+    if d.verdict == "unknown":
         return (f"not claimed: {printable(d.sentence)}",)
     if d.alternatives:
         others = "; or ".join(" + ".join(names) for names in d.alternatives)

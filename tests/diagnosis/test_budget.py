@@ -28,9 +28,32 @@ def test_the_clock_ends_a_search_and_nothing_else() -> None:
         assert budget.left == 0.0 and not budget.stopped
         with pytest.raises(Stopped):
             budget.check()
+        end = budget.ending()
     with pytest.raises(Stopped):  # what another thread works out for the search that has left
-        budget.end()
+        end()
     budget.check()  # the answer is worked out whatever the time
+
+
+def test_what_is_kept_of_a_budget_is_left_for_the_next_search_and_not_for_threads_of_the_first() -> None:
+    clock = Clock()
+    budget = Budget(10.0, clock)
+    with budget.searching(kept=0.3):
+        clock.now += 6.0
+        budget.check()
+        assert budget.left == 1.0
+        end_first = budget.ending()
+        end_first()
+        clock.now += 1.5
+        with pytest.raises(Stopped):
+            budget.check()
+    with budget.searching():
+        budget.check()
+        assert budget.left == 2.5
+        budget.ending()()
+        with pytest.raises(Stopped):
+            end_first()
+    with Budget(clock=clock).searching(kept=0.3):  # of no limit nothing is kept
+        clock.now += 1e9
 
 
 def test_who_asks_before_the_search_has_no_answer_to_come_and_who_asks_later_has() -> None:

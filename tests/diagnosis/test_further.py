@@ -81,6 +81,32 @@ def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeyp
 
     monkeypatch.setattr(OUTSIDE, ended)
     assert claimed_of(BIAS, ()).complete and not claimed_of(BIAS, (STRIBECK,)).complete
+    held = Holding(Claim(DRY, (STRIBECK,), ()), {})
+    monkeypatch.setattr("rwjax.diagnosis.further.claimed", lambda search, choice: held)
+    found = diagnose(RIG, [run_of(k, TRUTH[DRY], disturbed=0.05) for k in range(3)], only=["axis.coulomb"])
+    assert (found.verdict, found.complete) == ("unknown", False)  # nor in part
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_where_the_budget_ends_the_search_for_more_what_holds_of_the_first_names_is_claimed(
+    holds: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ended(self: FurtherSearch, begin: Hypothesis) -> Choice:
+        raise Stopped
+
+    monkeypatch.setattr(FurtherSearch, "go_on", ended)
+    if not holds:
+        monkeypatch.setattr("rwjax.diagnosis.further.claimed", lambda search, choice: Holding(None, {}))
+    logs = [run_of(k, TRUTH[DRY], disturbed=0.05) for k in range(3)]
+    found = diagnose(RIG, logs, only=["axis.coulomb", "axis.spring"])
+    assert not found.complete and found.untried == () and found.effects == DRY.names
+    assert found.verdict == ("partial" if holds else "unknown")
+    told = "ended the search for what is missing beside dry friction" if holds else "and nothing is"
+    assert any(told in remark for remark in found.remarks)
+    assert ("; the search for it was ended" in found.sentence) == holds
+    assert found.sentence.startswith("Only in part" if holds else "Unfinished")
+    assert found.next_experiment.startswith("none before the search has come to its end")
+    assert [rung.names for rung in found.waterfall] == [(), DRY.names]
 
 
 @pytest.mark.parametrize("no", ["", "far", "unsure", "still"])
