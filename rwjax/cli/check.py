@@ -24,6 +24,8 @@ MENDED = ("wrap", "frozen", "dropout")
 """Kinds of findings that have to be mended in the logs before a fit."""
 MEND = "mend first what stands under `readings`"
 """What is said where there are such."""
+OR_AS_THEY_ARE = "; where the rig did rest there, `rwjax {}` takes the logs as they are"
+"""What is said besides where none of them wraps: a rest may be one."""
 UNWRAP = "readings wrap: settle what stands first under `readings`, in the logs; what is asked under `units` may come from it"
 """What is said on stderr where readings wrap besides."""
 
@@ -65,14 +67,17 @@ def check(rig_file: RigFile, log_files: LogFiles, as_json: Json = False, quiet: 
 def _ahead(rig: "Rig", rig_file: Path, logs: "Mapping[Path, Log]", found: "Sequence[Finding]") -> list[str]:
     """What comes next, of logs about which there is no question: to mend them, to record others, or to use them."""
     if mended := sorted({finding.log for finding in found if finding.kind in MENDED}):
-        return [f"{MEND} in {listed(mended)}, then check again", next_command("check", rig_file, *logs)]
+        command = "fit" if rig.free else "diagnose"
+        other = "" if any(finding.kind == "wrap" for finding in found) else OR_AS_THEY_ARE.format(command)
+        return [f"{MEND} in {listed(mended)}, then check again{other}", next_command("check", rig_file, *logs)]
     if any(finding.kind == "nothing_told" for finding in found):
         return [] if rig.kind == "two_axis" else [next_command("plan", rig_file, *_largest(rig, [*logs.values()]))]
-    if all(log.validate for log in logs.values()):
-        return ["no log to fit on: every one is marked `# role: validate`; give one without that line"]
     read = [path for path, log in logs.items() if log.outputs]
-    if not any(not logs[path].validate for path in read):
+    if not read:
         return [next_command("predict", rig_file, next(iter(logs)))]
+    if all(logs[path].validate for path in read):
+        every = "every one" if len(read) == len(logs) else "every one with readings"
+        return [f"no log to fit on: {every} is marked `# role: validate`; give one without that line"]
     return [next_command("fit" if rig.free else "diagnose", rig_file, *read)]
 
 

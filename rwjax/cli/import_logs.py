@@ -38,7 +38,7 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None, suppl
         return
     if supply is not None:
         raise InputError(
-            "--supply is of the section that is proposed, and the rig file has one already: write it there"
+            "--supply is of a section that is proposed, and here the rig file says what the columns are: write it there"
         )
     from rwjax.logs.convert import converted
     from rwjax.logs.write import log_text
@@ -87,7 +87,7 @@ def _proposed(path: Path, kind: str | None, supply: float | None) -> str:
     from rwjax.methods.first_rig import Datasheet, kind_of
 
     sheet = read_sheet(path)
-    kind = kind or kind_of(sheet, Datasheet(supply=supply))
+    kind = kind or kind_of(sheet, Datasheet())
     head = f"{path}: {len(sheet.names)} columns"
     return printable_lines(
         "\n".join([head, *description(sheet), f"for a `{kind}` rig file:", "", proposal(sheet, kind, supply=supply)])

@@ -17,8 +17,8 @@ from rwjax.rig.write import write_rig
 
 FAR = 1000.0
 """Times its first size, or one SI unit where it began at 0, beyond which an estimate is far away [1]."""
-VISCOUS = (".friction.viscous", "motor.friction")
-"""How the names of viscous frictions end."""
+VISCOUS = ".friction.viscous"
+"""How the names of viscous frictions end that may be negative."""
 UNSURE = 0.1
 """Standard error, as a share of the estimate, above which the logs do not say how large it is [1]."""
 

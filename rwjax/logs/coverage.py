@@ -26,6 +26,8 @@ SPAN_S = 0.1
 """Time over which the change of an angle or of a command is taken [s]."""
 STILL = 0.02
 """Share of the largest command, or of the whole range of an output, up to which there is none [1]."""
+HELD_OUT = ("marked", "last-third")
+"""Rules by which what is judged is held out; by the others each run is fitted, too."""
 NOT_STILL = 0.01
 """Share of samples without a command below which fitted runs are always driven [1]."""
 
@@ -87,7 +89,7 @@ class Split:
         more = f" (and {len(others)} more)" if others else ""
         ranges = " against ".join(f"{low:.3g} to {high:.3g}" for low, high in (worst.seen, worst.covered))
         other = (
-            f"; held out {'instead' if self.rule == 'marked' else 'alone'}, {self.proposed} would not: write `# role: validate` into that one"
+            f"; held out {'instead' if self.rule in HELD_OUT else 'alone'}, {self.proposed} would not: write `# role: validate` into that one"
             if self.proposed
             else "; no other split avoids that, so record a run between these"
         )

@@ -14,8 +14,9 @@ from rwjax.rig.columns import unit_of
 
 GAP, UNEVEN, DRIFTS = 5.0, 0.2, 0.01
 """Interval over the median one that is a gap; scatter of the others, and change from begin to end, over the median [1]."""
-BURSTS, REGULAR = 5, 0.1
-"""Gaps from which a log may be recorded in bursts, and how far the lengths of these, and the times between them, may differ [1, 1]."""
+BURSTS, REGULAR, PAUSES = 5, 0.1, 2.0
+"""Gaps from which a log may be recorded in bursts; how far the lengths of these, and the times between them, may differ; the longest gap over
+the median one, beyond which that one has to be told [1, 1, 1]."""
 MOST_NOTED = 3
 """Logs that lack rows which are told of one by one beside a result."""
 LOST, FEW = 1.5, 0.1
@@ -163,7 +164,10 @@ def _bursts(time: np.ndarray, gaps: np.ndarray) -> str:
         return ""
     many, every = np.diff(gaps), np.diff(time[gaps + 1])
     usual, seconds = float(np.median(many)), float(np.median(every))
-    regular = np.abs(many - usual).max() <= max(REGULAR * usual, 1.0) and np.abs(every / seconds - 1.0).max() <= REGULAR
+    margin, lasts = max(REGULAR * usual, 1.0), np.diff(time)[gaps]
+    cut_short = max(gaps[0] + 1, len(time) - 1 - gaps[-1]) <= usual + margin  # the first and the last one may be
+    regular = np.abs(many - usual).max() <= margin and np.abs(every / seconds - 1.0).max() <= REGULAR
+    regular &= cut_short and lasts.max() <= PAUSES * np.median(lasts)
     return f"recorded in bursts of {usual:.0f} readings every {seconds:.3g} s" if regular else ""
 
 
@@ -176,12 +180,11 @@ def holes(logs: Sequence[Log]) -> list[str]:
     Returns:
         A sentence for each log that lacks some; one for all of them where they are more than `MOST_NOTED`.
     """
-    found = [(log.name, [one.says for one in (*missing_rows(log), *gaps_in_time(log))]) for log in logs]
-    lacking = [(name, says) for name, says in found if says]
+    lacking = [found for log in logs if (found := [*missing_rows(log), *gaps_in_time(log)])]
     if len(lacking) <= MOST_NOTED:
-        return [f"{name}: {'; and '.join(says)}" if name else "; and ".join(says) for name, says in lacking]
+        return [str(found[0]._replace(says="; and ".join(one.says for one in found))) for found in lacking]
     return [
-        f"{len(lacking)} of {counted(len(logs), 'log')} lack rows, {lacking[0][0]} first: the command counts as held there, and whether it "
+        f"{len(lacking)} of {counted(len(logs), 'log')} lack rows, {lacking[0][0].log} first: the command counts as held there, and whether it "
         "changed there is not known; `rwjax check` says where"
     ]
 

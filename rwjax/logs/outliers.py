@@ -9,8 +9,8 @@ No model is asked. A body with inertia changes its angle and its rate little fro
 
 What a model may have to explain (a jump that stays, a kink, a slow deviation) is kept.
 
-A log may begin with a step. A current that begins with its inrush decays from its first reading on: where the next two go on
-as fast and show it above the noise, none of the three is an outlier.
+A log may begin with a step. A current that begins with its inrush decays from its first reading on: where the second is at most half as
+far off, above the noise, and the third goes on as fast, none of the three is an outlier.
 
 A log may begin with a step from rest: its first command is not 0, and its first readings come from before the rig has moved. Of the
 first three under such a command only those are outliers that no motion between rest and the other readings has.
@@ -28,8 +28,8 @@ CHANGES, SIGMAS = 3.0, 8.0
 """Largest changes of the surroundings, and noise levels, by which a suspect has to lie outside."""
 MOST = 0.05
 """Share of the readings above which they are not exceptions, and all are kept."""
-AS_FAST = 2.0
-"""Times what a steady decay would leave, up to which readings still decay as from the first to the second [1]."""
+HALF, AS_FAST = 0.5, 2.0
+"""What a decay leaves of the first reading's distance at most; times what it would leave of the second's, up to which it goes on [1, 1]."""
 ANSWER = 15
 """Samples for which a rate or a current may answer a change of the command by a leap."""
 
@@ -103,15 +103,16 @@ def _starts(command: np.ndarray, value: np.ndarray, unit: float) -> np.ndarray:
 def _decays(command: np.ndarray, value: np.ndarray, unit: float) -> np.ndarray:
     """The first three readings where they decay to those after them, under a first command that is not 0.
 
-    Each is nearer to the median of the next than the one before, on the same side, and the second lies off it by more than the noise.
-    From there the distance falls as from the first to the second, or faster; a lost byte before a motion that begins slowly does not.
+    The second is at most half as far from the median of the next as the first, on the same side, and farther than the noise. From there
+    the distance falls as from the first to the second, or faster. A lost byte before a slow motion leaves a third one nearly as far off as
+    the second; so the noise that the third may have is half of that which the second has to exceed.
     """
     first, kept = np.flatnonzero(np.isfinite(value))[: LONGEST + 2 * AROUND], np.zeros(len(value), bool)
     settled = float(np.median(value[first[LONGEST:]]))
     begin, then, last = value[first[:LONGEST]] - settled
-    same_side = begin * then > 0.0 and SIGMAS * unit < abs(then) < abs(begin)
-    if np.any(command[0]) and same_side and abs(last) <= AS_FAST * then**2 / abs(begin) + SIGMAS * unit:
-        kept[first[:LONGEST]] = abs(last) < abs(then)
+    falls = begin * then > 0.0 and SIGMAS * unit < abs(then) <= HALF * abs(begin) and first[LONGEST - 1] < ANSWER
+    if np.any(command[0]) and falls and abs(last) <= AS_FAST * then**2 / abs(begin) + SIGMAS / 2.0 * unit:
+        kept[first[:LONGEST]] = True
     return kept
 
 

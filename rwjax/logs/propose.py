@@ -55,10 +55,10 @@ OF_THROTTLE = r"pct|percent|cmd|command|pwm|duty|norm|raw|in|out|input|output|va
 """Words after a throttle that leave it a command."""
 NO_THROTTLE = rf"throttle[\W_]*(?!({OF_THROTTLE})(?![a-z]))[a-z]"
 """Names of something else about a throttle, such as its temperature."""
-TEMPERATURE = r"\w*temp(s|eratur\w*)?\d*|thermistor|ntc|celsius|°c|degc"
-"""Words of a temperature, which is no quantity of a rig, whatever it is of."""
+TEMPERATURE = r"\w*temp(eratur\w*)?\d*|\w+temps|thermistor|ntc|celsius|°c|degc"
+"""Words of a temperature, which is no quantity of a rig, whatever it is of; `temps` alone is a time in French."""
 JOINT = r"joint[\W_]*\d*([\W_]*(rad|deg)\W*)?"
-"""Names of a joint's angle that say no more than whose it is."""
+"""Names of a joint's angle that say no more than whose it is; without a unit they may be the joint's number as well."""
 COMMANDED = r"cmd\w*|command\w*|input"
 """Words of a command, whatever its unit."""
 DESIRED = "des"
@@ -160,10 +160,10 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
     found: dict[str, Proposal] = {}
     if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
         return found
-    for column in sheet.names:
+    for column in sorted(sheet.names, key=_may_be_number):
         values = _values(sheet, column)
         one = _guess(column, values, kind, supply) if values is not None else _dated(sheet, column)
-        if one is not None:
+        if one is not None and not (_may_be_number(column) and _is_number(one, values, found)):
             found.setdefault(one.name, one)
     volts = found.get("voltage_V")
     given = _values(sheet, volts.column) if volts is not None else None
@@ -210,6 +210,17 @@ def is_temperature(column: str) -> bool:
         True where a word of it is one of temperatures.
     """
     return any(re.fullmatch(TEMPERATURE, part) for part in _parts(column))
+
+
+def _may_be_number(column: str) -> bool:
+    """Whether a column's name says a joint and no more, whose angle it may be, or whose number."""
+    return bool(re.fullmatch(JOINT, column.lower())) and not unit_by_name(column)
+
+
+def _is_number(one: Proposal, values: np.ndarray | None, found: Collection[str]) -> bool:
+    """Whether such a column is the joint's number: it never changes, or another column is the angle."""
+    angles = {COLUMNS[name].output for name in found if name in COLUMNS}
+    return values is None or float(np.ptp(values)) == 0.0 or COLUMNS[one.name].output in angles
 
 
 def _dated(sheet: Sheet, column: str) -> Proposal | None:

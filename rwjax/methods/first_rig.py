@@ -287,9 +287,8 @@ def _platform_by_hand(sheet: Sheet) -> str:
 def _command_by_hand(sheet: Sheet, column: str) -> str:
     """The line of a column that may be a command under a name that says nothing; "" where its unit or its values say that it is none."""
     last, unit = re.split(r"[\s_\-.\[\]()]+", column.strip(" _-.[]()").lower())[-1], unit_by_name(column)
-    if unit not in ("", "percent", "V", "mV", "count") or (last != column.lower() and re.fullmatch(OTHER_UNIT, last)):
-        return ""
-    if is_temperature(column):
+    of_other_unit = last != column.lower() and re.fullmatch(OTHER_UNIT, last)
+    if unit not in ("", "percent", "V", "mV", "count") or of_other_unit or is_temperature(column):
         return ""
     try:
         values = sheet.numbers([column])[0]

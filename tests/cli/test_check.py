@@ -110,7 +110,10 @@ def test_logs_that_have_to_be_mended_are_checked_again_before_a_fit(
     assert "frozen" in {one["kind"] for one in json.loads(capsys.readouterr().out)["findings"]}
     check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
     first, ahead = capsys.readouterr().out.splitlines()[-2:]
-    assert first == "mend first what stands under `readings` in run.csv, then check again"
+    assert first == (
+        "mend first what stands under `readings` in run.csv, then check again; where the rig did rest there, `rwjax fit` takes the logs "
+        "as they are"
+    )
     assert ahead == f"next: rwjax check {tmp_path / 'rig.toml'} {tmp_path / 'run.csv'}"
 
 
@@ -127,4 +130,30 @@ def test_logs_without_readings_are_for_no_fit(tmp_path: Path, capsys: pytest.Cap
         f"next: rwjax predict {tmp_path / 'rig.toml'} {tmp_path / 'bare.csv'}"
         if every
         else f"next: rwjax fit {tmp_path / 'rig.toml'} {tmp_path / 'run.csv'}"
+    )
+
+
+def test_no_volts_are_asked_for_where_the_rig_file_knows_its_supply(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = replace(RIG, numbers=RIG.numbers | {"drive.supply": 12.0})
+    (tmp_path / "rig.toml").write_text(write_rig(rig))
+    still = np.zeros(200)
+    write_log(tmp_path / "run.csv", {"time_s": 0.01 * np.arange(200), "voltage_V": still, "yaw_rad": still})
+    check(tmp_path / "rig.toml", [tmp_path / "run.csv"], as_json=False, quiet=True)
+    assert capsys.readouterr().out.splitlines()[-1] == f"next: rwjax plan {tmp_path / 'rig.toml'}"
+
+
+def test_logs_with_readings_that_are_all_kept_for_validation_are_for_no_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "rig.toml").write_text(write_rig(RIG))
+    run = log(U)
+    columns = {"time_s": run.time, "voltage_V": run.command}
+    write_log(tmp_path / "bare.csv", columns)
+    write_log(tmp_path / "run.csv", columns | {"yaw_rad": run.outputs["yaw_rad"]}, {"role": "validate"})
+    check(tmp_path / "rig.toml", [tmp_path / "bare.csv", tmp_path / "run.csv"], as_json=False, quiet=True)
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == (
+        "no log to fit on: every one with readings is marked `# role: validate`; give one without that line"
     )

@@ -301,6 +301,7 @@ def test_who_ends_the_command_while_the_page_is_drawn_has_the_answer(quick: Shel
         signal.signal(number, before)
     assert (code, out) == (128 + number, "") and files(quick.folder / "out") == ALWAYS - {"report.html"}
     assert err.splitlines()[0] == "note: out holds the answer, and no page of it yet; next: rwjax report out"
+    assert err.splitlines()[-1] == f"rwjax: {interrupt.SAYS[number]}"  # and nothing of an answer that is still to come
     assert json.loads((quick.folder / "out" / "diagnosis.json").read_text())["verdict"] == "effect"
 
 

@@ -102,9 +102,8 @@ def test_a_supply_is_for_a_section_that_is_proposed(tmp_path: Path, capsys: pyte
     said = capsys.readouterr().out
     assert '"7.4 V / 255"' in said and "is a guess" not in said
     (tmp_path / "rig.toml").write_text(PLATFORM + said[said.index("[columns]") :])
-    with pytest.raises(
-        InputError, match="^--supply is of the section that is proposed, and the rig file has one already"
-    ):
+    with pytest.raises(InputError, match="^--supply is of a section that is proposed, and here the rig file says what"):
         import_logs([tmp_path / "run.csv"], tmp_path / "rig.toml", tmp_path / "logs", 7.4)
-    with pytest.raises(InputError, match="--supply"):
-        import_logs([tmp_path / "run.csv"], None, None, -1.0)
+    for wrong in (-1.0, 0.0, float("inf"), float("nan")):
+        with pytest.raises(InputError, match="--supply"):
+            import_logs([tmp_path / "run.csv"], None, None, wrong)

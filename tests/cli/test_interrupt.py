@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -224,3 +225,22 @@ def test_where_there_is_no_answer_to_come_the_first_ctrl_c_interrupts(capfd: pyt
 def test_a_program_that_calls_a_command_keeps_its_own_handler() -> None:
     with interrupt.first(lambda: True):
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_what_is_said_where_there_is_no_answer_ends_with_the_answer_and_with_an_error(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(os, "_exit", Mock())  # goes on
+    with interrupt.unanswered() as answered:
+        interrupt.leave()
+        assert capsys.readouterr().err.endswith(f"{interrupt.NO_ANSWER}\n")
+        answered()
+        interrupt.leave()
+    with suppress(ValueError), interrupt.unanswered():
+        raise ValueError
+    interrupt.leave()
+    with interrupt.unanswered():
+        pass
+    interrupt.leave()
+    said = capsys.readouterr().err
+    assert interrupt.NO_ANSWER not in said and said.count("\n") == 3

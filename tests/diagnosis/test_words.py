@@ -236,6 +236,7 @@ def test_a_number_without_an_error_at_an_end_of_its_range_is_said_to_be_there() 
     assert numbers_of(platform(), rung({}, own)) == [
         "drive.deadzone: u_0 = 0.2 ± 0.01 V, j = 0 V (the least that it may be)"
     ]
+    assert without_error("axis.stribeck.n", 4.0) == "the most that it may be"
     assert without_error("drive.deadzone.j", 0.1) == "not told by these logs" == without_error("axis.inertia", 0.0)
 
 

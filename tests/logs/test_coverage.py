@@ -81,6 +81,7 @@ def test_of_a_single_run_another_third_is_proposed() -> None:
     found = split_of(platform(), [_run("one.csv", growing, growing)])
     assert found.outside[0].log.startswith("one.csv[") and found.proposed is not None
     assert "of one.csv in a file of its own" in found.proposed
+    assert " is held out and leaves " in found.said()[0] and "; held out instead, " in found.said()[0]
 
 
 @pytest.mark.parametrize("rests", [False, True])

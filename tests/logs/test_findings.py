@@ -149,7 +149,26 @@ def test_regular_gaps_are_bursts_and_told_in_one_line() -> None:
     (irregular,) = gaps_in_time(replace(bursts, time=np.where(np.arange(kept.sum()) > 201, T[kept] + 0.1, T[kept])))
     assert irregular.kind == "gaps" and "gaps in time, the longest" in irregular.says
     (few,) = gaps_in_time(bursts.cut(0, 18))
-    assert few.kind == "gaps" and few.says.startswith("4 gaps in time")
+    assert few.kind == "gaps" and few.says.startswith("4 gaps in time") and "after 4 of 4 the command " in few.says
+    kept[1000:1008] = True
+    (longer,) = gaps_in_time(replace(bursts, time=T[kept], command=U[kept], outputs={"yaw_rad": ANGLE[kept]}))
+    assert longer.kind == "gaps"
+
+
+@pytest.mark.parametrize(
+    ("gaps", "lasts", "longest"),
+    [
+        (slice(1000, 1100, 20), [0.2], "5 gaps in time, the longest 0.2 s at "),
+        (slice(1000, 1005), [0.2], "5 gaps in time, the longest 0.2 s at "),
+        (slice(199, None, 200), [0.06, 0.2, 0.06], "9 gaps in time, the longest 0.2 s at 4.04 s: "),
+    ],
+)
+def test_regular_gaps_in_an_even_log_are_no_bursts(gaps: slice, lasts: list[float], longest: str) -> None:
+    """Far more readings lie before and after them, or between them; or one is far longer than the others."""
+    step = np.full(1999, 0.01)
+    step[gaps] = np.resize(lasts, len(step[gaps]))
+    (found,) = gaps_in_time(replace(GOOD, time=np.append(0.0, np.cumsum(step))))
+    assert found.kind == "gaps" and found.says.startswith(longest)
 
 
 STEP = 2.0 * np.pi / 4096.0

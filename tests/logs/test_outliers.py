@@ -222,3 +222,31 @@ def test_an_inrush_in_the_first_reading_is_kept_and_a_lost_byte_there_is_found(s
     speed = sign * 40.0 * (1.0 - np.exp(-TIME[:300] / 0.3)) + noise
     speed[0] = -sign * 500.0  # a motion that begins slowly comes nearer, too
     assert np.flatnonzero(outliers(TIME[:300], speed, volts)).tolist() == [0]
+
+
+@pytest.mark.parametrize("tau", [0.08, 0.3, 3.0])
+@pytest.mark.parametrize("noise", [1e-4, 1e-2, 0.05, 0.1])
+@pytest.mark.parametrize("lost", [60.0, 1000.0])
+def test_a_lost_byte_before_a_slow_motion_is_no_inrush(tau: float, noise: float, lost: float) -> None:
+    """Its next readings come nearer by little more than the noise, or than a count."""
+    t, rng = TIME[:300], np.random.default_rng(5)
+    for y in (40.0 * (1.0 - np.exp(-t / tau)), -5.0 - 40.0 * np.exp(-t / tau)):
+        for count in (0.0, noise, 4.0 * noise):
+            read = y + noise * rng.normal(size=300)
+            read = np.round(read / count) * count if count else read
+            read[0] = -lost - 60.0
+            assert outliers(t, read, np.full(300, 6.0))[0]
+
+
+@pytest.mark.parametrize("second", [10.0, -0.5])
+def test_two_readings_in_a_row_that_are_lost_are_no_inrush(second: float) -> None:
+    """One begins slowly, the other one goes beyond where it settles."""
+    lost = 0.3 + 1e-3 * np.random.default_rng(2).normal(size=300)
+    lost[:2] = 12.3, second
+    assert np.flatnonzero(outliers(TIME[:300], lost, np.full(300, 6.0))).tolist() == [0, 1]
+
+
+def test_readings_that_begin_late_begin_with_no_inrush() -> None:
+    late = 0.3 + 12.0 * 0.05 ** (np.arange(300.0) - 100.0) + 1e-3 * np.random.default_rng(2).normal(size=300)
+    late[:100] = np.nan
+    assert outliers(TIME[:300], late, np.full(300, 6.0))[100]

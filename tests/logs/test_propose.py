@@ -19,6 +19,8 @@ K = np.arange(100.0)
         ("timestamp", 10 * K, 'time_s = { column = "timestamp", unit = "ms" }'),
         ("micros", 1e4 * K, 'time_s = { column = "micros", unit = "us" }'),
         ("Zeit [s]", 0.01 * K, 'time_s = "Zeit [s]"'),
+        ("Temps [ms]", 10 * K, 'time_s = { column = "Temps [ms]", unit = "ms" }'),
+        ("motor_temps", K, "# passed over: motor_temps"),
         ("pwm", 255 - K, 'voltage_V = { column = "pwm", scale = "12 V / 255" }'),
         ("throttle_pct", 0.3 * K, 'duty = { column = "throttle_pct", unit = "percent" }   # needs [drive] supply'),
         ("throttle_temp", K, "# passed over: throttle_temp"),
@@ -219,3 +221,15 @@ def test_dates_are_time_without_a_unit_and_nothing_else() -> None:
 def test_a_temperature_is_known_by_a_word_of_its_name() -> None:
     assert all(map(is_temperature, ("motorTemp", "temp_1", "coil temperature", "T [°C]", "ntc")))
     assert not any(map(is_temperature, ("attempt", "template_id", "time", "tempo")))
+
+
+@pytest.mark.parametrize("number", [np.full(100, 3.0), np.floor(0.1 * K), np.floor(0.05 * K)])
+@pytest.mark.parametrize("angle", ["position", "angle_deg", "counts"])
+def test_a_joint_beside_an_angle_is_its_number(number: np.ndarray, angle: str) -> None:
+    sheet = ArraySheet("run", {}, ["joint", angle], {"joint": number, angle: K})
+    assert "# passed over: joint" in proposal(sheet, "platform").splitlines()
+
+
+def test_a_joint_that_never_changes_is_no_angle() -> None:
+    sheet = ArraySheet("run", {}, ["t", "joint_1"], {"t": 0.01 * K, "joint_1": 0.0 * K})
+    assert "# passed over: joint_1" in proposal(sheet, "joint").splitlines()

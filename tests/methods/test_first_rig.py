@@ -455,6 +455,10 @@ def test_the_gain_of_a_platform_may_be_given(tmp_path: Path) -> None:
     assert found.numbers["axis.inertia"] == pytest.approx(0.1, rel=0.05)
     with pytest.raises(LogError, match="--gain is given, and a first rig of kind `joint` has no drive.gain"):
         text_of(paths, Datasheet(gain=0.4), "joint")
+    for command in ("duty", "goal_rad"):  # of a joint, were the gain not given
+        columns = {"time_s": 0.01 * np.arange(400), command: np.sin(np.arange(400)), "yaw_rad": np.cos(np.arange(400))}
+        write_log(tmp_path / f"{command}.csv", columns, {})
+        assert parse_rig(text_of([tmp_path / f"{command}.csv"], Datasheet(gain=0.4))).kind == "platform"
 
 
 def test_a_supply_is_a_guess_beside_a_mujoco_model_too(tmp_path: Path) -> None:
@@ -466,6 +470,9 @@ def test_a_supply_is_a_guess_beside_a_mujoco_model_too(tmp_path: Path) -> None:
     assert said.startswith("--supply is not given: 12 V in `scale` under [columns] is a guess")
     given = first_rig([tmp_path / "run.csv"], Datasheet(supply=9.0), None, hinge)
     assert given.notes == () and '"9 V / 255"' in given.text
+    paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
+    (said,) = first_rig(paths, Datasheet(supply=9.0), None, hinge).notes
+    assert said.startswith("--supply is not used: ")
 
 
 def test_a_temperature_is_no_command_by_hand(tmp_path: Path) -> None:
