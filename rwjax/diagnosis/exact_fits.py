@@ -7,9 +7,12 @@ before which whole runs end.
 from collections.abc import Iterable
 from functools import partial
 
+import numpy as np
+
 from rwjax.diagnosis.hypothesis import Hypothesis, structure_for
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.fitting.multiple_shooting import Fit, least_squares
+from rwjax.fitting.nonsmooth import beyond_stairs
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.shooting_nodes import measured_nodes
 from rwjax.fitting.threads import on_threads
@@ -51,7 +54,7 @@ def fit_exactly(fits: ModelFits, hypotheses: Iterable[Hypothesis]) -> None:
 def polish(fits: ModelFits, hypothesis: Hypothesis) -> Fit:
     """The fit of a hypothesis to the last digit, by exact derivatives and then by secants.
 
-    Secant steps come last because stick-slip makes the cost nonsmooth.
+    Secant steps come last because stick-slip makes the cost nonsmooth. A number without trace is then tried elsewhere.
 
     Args:
         fits: fits that have begun.
@@ -63,6 +66,14 @@ def polish(fits: ModelFits, hypothesis: Hypothesis) -> Fit:
     fit_exactly(fits, [hypothesis])
     fits(hypothesis)
     fits.carry_on([hypothesis], fits.settings.fitting.reported_tolerance)
+    found = fits.known(hypothesis)
+    if np.isfinite(found.cost) and _within_windows(fits, hypothesis):
+        check = fits.headway.budget.check
+        least = partial(least_squares, found.problem, found.coordinates, found.theta, start=found.start, check=check)
+        better = beyond_stairs(least(most_steps=0), check)
+        if better.cost <= found.cost:
+            fits.keep({hypothesis: better})
+            fits.carry_on([hypothesis], fits.settings.fitting.reported_tolerance)
     return fits.known(hypothesis)
 
 

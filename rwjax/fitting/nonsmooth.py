@@ -4,6 +4,7 @@ The exact derivative at a point describes only its neighbourhood. Secants over a
 the whole valley.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,10 @@ MOST_STEPS = 12
 """Secant steps at most."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step's gain leads to the next span [1]."""
+ELSEWHERE = (-1.0, -0.9, -0.75, -0.5, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0)
+"""Shares of itself by which a number without trace is moved where a fit is tried anew; half as far in every further round [1]."""
+STEPS_ELSEWHERE, ROUNDS = 2, 4
+"""Steps of such a fit, by which the other numbers settle roughly; and how often this is done [1, 1]."""
 
 
 def secant_steps(begun: Fit) -> Fit:
@@ -66,7 +71,49 @@ def leaves_no_trace(found: Fit) -> bool:
     Returns:
         True where all derivatives by a number are 0.
     """
-    return not np.all(np.einsum("lkk->k", found.evaluation.H)[: len(found.coordinates.index)])
+    return bool(_without_trace(found))
+
+
+def _without_trace(found: Fit) -> list[int]:
+    """Entries of `theta` of the free numbers all derivatives by which are 0."""
+    index = found.coordinates.index
+    return index[np.einsum("lkk->k", found.evaluation.H)[: len(index)] == 0.0].tolist()
+
+
+def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
+    """The best of a fit and of those that begin with a number without trace elsewhere.
+
+    The cost is a staircase in such a number: no slope leads to another step of it, and the other numbers have settled on this one. Where it
+    may as well be 0, it is.
+
+    Args:
+        found: A fit with its derivatives.
+        check: Is called before every step; what it raises ends the fits.
+
+    Returns:
+        The best fit, with its derivatives.
+    """
+    problem, c = found.problem, found.coordinates
+    for turn in range(ROUNDS):
+        tried = [
+            least_squares(problem, c, theta, start=found.start, most_steps=STEPS_ELSEWHERE, check=check)
+            for k in _without_trace(found)
+            if found.theta[k]
+            for theta in (_with(found.theta, k, (1.0 + m / 2**turn) * float(found.theta[k])) for m in ELSEWHERE)
+        ]
+        best = min(tried, key=lambda f: f.cost, default=found)
+        if best.cost < found.cost:
+            rest = least_squares(problem, c, best.theta, start=best.start, check=check)
+            found = replace(rest, steps=rest.steps + best.steps + found.steps)
+    for k in _without_trace(found):
+        null = least_squares(problem, c, _with(found.theta, k, 0.0), start=found.start, most_steps=0, check=check)
+        found = replace(null, converged=found.converged, steps=found.steps) if null.cost <= found.cost else found
+    return found
+
+
+def _with(theta: np.ndarray, k: int, value: float) -> np.ndarray:
+    """A parameter vector with another number in one place."""
+    return np.where(np.arange(len(theta)) == k, value, theta)
 
 
 def past_ridges(found: Fit) -> Fit:
@@ -88,4 +135,4 @@ def past_ridges(found: Fit) -> Fit:
         return found
     better = secant_steps(found)
     rest = least_squares(problem, c, better.theta, start=better.start)
-    return replace(rest, steps=rest.steps + found.steps) if rest.cost < found.cost else found
+    return beyond_stairs(replace(rest, steps=rest.steps + found.steps) if rest.cost < found.cost else found)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from rwjax.fitting.multiple_shooting import least_squares
-from rwjax.fitting.nonsmooth import leaves_no_trace, past_ridges, secant_steps, sticks
+from rwjax.fitting.nonsmooth import beyond_stairs, leaves_no_trace, past_ridges, secant_steps, sticks
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import structure_of
 from tests.fitting.heavier import believed_heavier
 from tests.fitting.logs import log_of
-from tests.fitting.moving_runs import starting_with_a_jump, with_jump
+from tests.fitting.moving_runs import STEP_OF_COMMAND, starting_with_a_jump, with_jump
 from tests.systems import platform
 
 
@@ -39,3 +39,28 @@ def test_a_fit_goes_on_where_a_threshold_lies_between_two_commands() -> None:
     assert past_ridges(found).cost < 1e-3
     smooth, moves, theta = believed_heavier()
     assert not leaves_no_trace(least_squares(smooth, moves, theta, most_steps=0))
+
+
+@pytest.mark.parametrize(("jump", "begun"), [(0.1, 0.4), (0.4, 0.25), (0.0, 0.6)])
+def test_a_number_without_trace_is_found_many_steps_of_its_stairs_away(jump: float, begun: float) -> None:
+    problem = starting_with_a_jump(jump)
+    theta, moves = with_jump(problem, begun)
+    found = least_squares(problem, moves, theta)
+    assert found.cost > 1e3 and leaves_no_trace(found)
+    better = beyond_stairs(found)
+    assert better.cost < 1e-3
+    assert better.theta[moves.index[0]] == pytest.approx(jump, abs=STEP_OF_COMMAND)
+
+
+def test_a_number_that_may_as_well_be_0_is_0() -> None:
+    problem = starting_with_a_jump(0.0)
+    theta, moves = with_jump(problem, 0.2 * STEP_OF_COMMAND)
+    assert least_squares(problem, moves, theta).theta[moves.index[0]] > 0.0
+    found = beyond_stairs(least_squares(problem, moves, theta))
+    assert found.theta[moves.index[0]] == 0.0 and found.cost < 1e-3
+
+
+def test_a_fit_whose_numbers_all_leave_a_trace_stays_what_it_is() -> None:
+    smooth, moves, theta = believed_heavier()
+    found = least_squares(smooth, moves, theta)
+    assert beyond_stairs(found) is found
