@@ -176,6 +176,7 @@ def test_a_fit_that_misses_its_logs_leads_to_the_diagnosis(shell: Shell) -> None
     assert out.splitlines()[-1] == f"next: rwjax diagnose fitted.toml {LOGS[0]} --force"
 
 
+@pytest.mark.slow
 def test_a_fit_by_the_smooth_solver_leads_to_a_prediction_by_it(shell: Shell) -> None:
     t = 0.01 * np.arange(300)
     volts = 2.0 * np.sign(np.sin(4.0 * t)) * (t > 0.6)

@@ -89,7 +89,7 @@ CASES = [
     ),
     Case("sensor.clock", "platform", 0, lambda p: {"e": -np.expm1(-p["clock"])}, 0.05),
 ]
-SOON = ("drive.curvature",)
+SOON = ("axis.viscous",)
 BLIND = pytest.mark.xfail(
     reason="the wheel's angle is not logged: its phase is unknown in every run, and drifts", strict=False
 )
