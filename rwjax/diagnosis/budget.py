@@ -56,8 +56,8 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """Time that is left [s]."""
-        return self._left(self._kept)
+        """Time that is left of the whole budget [s]."""
+        return self._left(0.0)
 
     def _left(self, kept: float) -> float:
         return 0.0 if self.stopped else max(self.seconds - kept - (self._clock() - self._begun), 0.0)
@@ -86,7 +86,7 @@ class Budget:
             Stopped: it has.
         """
         if self._searching:
-            _ended(self.left)
+            _ended(self._left(self._kept))
 
     def ending(self) -> Callable[[], None]:
         """What ends work for this search on another thread, also after the search itself has left.

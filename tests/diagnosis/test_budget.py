@@ -40,7 +40,7 @@ def test_what_is_kept_of_a_budget_is_left_for_the_next_search_and_not_for_thread
     with budget.searching(kept=0.3):
         clock.now += 6.0
         budget.check()
-        assert budget.left == 1.0
+        assert budget.left == 4.0
         end_first = budget.ending()
         end_first()
         clock.now += 1.5
