@@ -41,13 +41,13 @@ class FurtherSearch(Search):
         Returns:
             The choice, with what was tried.
         """
-        begin = self._ahead(begin)
+        begin = self.ahead(begin)
         forward = self.forward(begin, self.limits.most_names_further) if begin.names else begin
         best, rivals = self._settled(forward)
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             self._look_beside_leading_names(best)
-            ahead = self._ahead(best)
+            ahead = self.ahead(best)
             best, rivals = self.given_way(best) if ahead == best else self._settled(ahead)
         return self.chosen(best, rivals)
 
@@ -66,13 +66,19 @@ class FurtherSearch(Search):
     def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
         """What no rival surpasses, from a larger set that was among the rivals where that is needed; and its rivals."""
         best, rivals = self.exchanged(best)
-        ahead = self._ahead(best)
+        ahead = self.ahead(best)
         return (best, rivals) if ahead == best else self.exchanged(ahead)
 
-    def _ahead(self, best: Hypothesis) -> Hypothesis:
+    def ahead(self, best: Hypothesis) -> Hypothesis:
         """What was tried and leads in the place of a choice: a larger set that is needed, or one of no more names that surpasses it.
 
         Among the rivals of a law are larger sets, its special case beside another name, which no exchange of one name leads to.
+
+        Args:
+            best: the choice.
+
+        Returns:
+            What leads; the choice where nothing does.
         """
         compare, size = self.by_runs, len(best.names)
         larger = self._tried(best, size + 1, self.limits.most_names_further)
