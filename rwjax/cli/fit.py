@@ -65,6 +65,7 @@ def fit(
     Example: `rwjax fit rig.toml logs/*.csv -o fitted.toml`
     """
     from rwjax.errors import RigError
+    from rwjax.fitting.questions.guesses import about_guesses
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.rig.write import write_rig
@@ -96,7 +97,7 @@ def fit(
         fitted = listed([log.name for log in logs if not log.validate])
         ahead = _next(result, output, log_files, segments=segments, force=force)
         say("\n".join([*_estimates(result), f"fitted to {fitted}; written to {output}", ahead]))
-    note(*dict.fromkeys([*asked.notes, *rig.cautions, *result.notes]))
+    note(*dict.fromkeys([*asked.notes, *rig.cautions, *about_guesses(rig), *result.notes]))
     if asked.questions and output is not None:
         note(f"{output} is written even so; its numbers are those of the logs as they are")
 

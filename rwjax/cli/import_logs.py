@@ -1,12 +1,13 @@
 """The command `import`: logs in rwjax's layout from files of any."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
 from rwjax.cli.options import finite, keep_input, positive, results
-from rwjax.cli.terminal import say
+from rwjax.cli.terminal import listed, next_command, say
 from rwjax.errors import InputError, LogError
 
 Files = Annotated[
@@ -18,6 +19,22 @@ Rig = Annotated[
 ]
 Supply = Annotated[float | None, typer.Option(help="voltage of a PWM at full power [V], in a section that is proposed")]
 Output = Annotated[Path | None, typer.Option("-o", metavar="DIR", help="folder for the logs")]
+
+
+class Proposed(NamedTuple):
+    """What a file holds, and what is proposed for it.
+
+    Attributes:
+        held: Its columns, a line each.
+        kind: Kind of the rig file.
+        section: Lines of the section `[columns]`.
+        taken: Whether `rwjax init` takes the file.
+    """
+
+    held: str
+    kind: str
+    section: str
+    taken: bool
 
 
 def import_logs(files: Files, rig_file: Rig = None, output: Output = None, supply: Supply = None) -> None:
@@ -34,7 +51,9 @@ def import_logs(files: Files, rig_file: Rig = None, output: Output = None, suppl
         finite(supply=supply)
         positive(supply=supply)
     if rig is None or (output is None and not (rig.sources or rig.columns)):
-        say("\n\n".join(_proposed(path, rig.kind if rig is not None else None, supply) for path in files))
+        found = {path: _proposed(path, rig.kind if rig is not None else None, supply) for path in files}
+        ahead = [] if rig is not None else _ahead(found, supply)
+        say("\n\n".join([*(one.held for one in found.values()), *_sections(found), *ahead]))
         return
     if supply is not None:
         raise InputError(
@@ -79,16 +98,43 @@ def _stem(path: Path) -> str:
     return path.name.removesuffix(".gz").rpartition(".")[0] or path.name
 
 
-def _proposed(path: Path, kind: str | None, supply: float | None) -> str:
+def _proposed(path: Path, kind: str | None, supply: float | None) -> Proposed:
     """What a file holds, and a section for it; without a kind of rig for the one that `init` takes."""
     from rwjax.errors import printable_lines
     from rwjax.logs.propose import description, proposal
     from rwjax.logs.read_sheet import read_sheet
-    from rwjax.methods.first_rig import Datasheet, kind_of
+    from rwjax.methods.first_rig import Datasheet, check_columns, kind_of
 
     sheet = read_sheet(path)
     kind = kind or kind_of(sheet, Datasheet())
-    head = f"{path}: {len(sheet.names)} columns"
-    return printable_lines(
-        "\n".join([head, *description(sheet), f"for a `{kind}` rig file:", "", proposal(sheet, kind, supply=supply)])
-    )
+    held = "\n".join([f"{path}: {len(sheet.names)} columns", *description(sheet)])
+    try:
+        check_columns(sheet)
+        taken = True
+    except LogError:
+        taken = False
+    return Proposed(printable_lines(held), kind, printable_lines(proposal(sheet, kind, supply=supply)), taken)
+
+
+def _alike(found: Mapping[Path, Proposed]) -> list[list[Path]]:
+    """The files by what is proposed for them, those alike together."""
+    alike: dict[tuple[str, str], list[Path]] = {}
+    for path, one in found.items():
+        alike.setdefault((one.kind, one.section), []).append(path)
+    return [*alike.values()]
+
+
+def _sections(found: Mapping[Path, Proposed]) -> list[str]:
+    """Each section that is proposed, once, with the files that it is for where there are several."""
+    return [
+        f"for a `{found[paths[0]].kind}` rig file{f' of {listed([*map(str, paths)])}' if len(found) > 1 else ''}:\n\n"
+        f"{found[paths[0]].section}"
+        for paths in _alike(found)
+    ]
+
+
+def _ahead(found: Mapping[Path, Proposed], supply: float | None) -> list[str]:
+    """The command that writes a first rig file, for the first files that are alike and that it takes."""
+    usable = [paths for paths in _alike(found) if found[paths[0]].taken]
+    volts = [] if supply is None else ["--supply", f"{supply:g}"]
+    return [next_command("init", *usable[0], *volts, "-o", "rig.toml")] if usable else []

@@ -51,6 +51,12 @@ Gain = Annotated[
     float | None,
     typer.Option(help="of a platform's drive: torque per volt [N m/V]; its stall torque over --supply, too"),
 ]
+Kp = Annotated[
+    float | None, typer.Option("--kp", help="of the servo's loop [V/rad], or per rad in what `acts_on` says of it")
+]
+Kd = Annotated[
+    float | None, typer.Option("--kd", help="rate gain of that loop [V s/rad], or in what `acts_on` says; 0: none")
+]
 Counts = Annotated[float | None, typer.Option(help="counted edges per turn of the encoder")]
 
 
@@ -65,6 +71,8 @@ def init(
     wheel_inertia: WheelInertia = None,
     axis_inertia: AxisInertia = None,
     gain: Gain = None,
+    kp: Kp = None,
+    kd: Kd = None,
     mass: Mass = None,
     length: Length = None,
     bob: Bob = False,
@@ -88,7 +96,7 @@ def init(
             raise InputError(f"{output}: is there already; give another with -o, or remove it")
     given = {"supply": supply, "stall-torque": stall_torque, "no-load-speed": no_load_speed, "resistance": resistance}
     given |= {"torque-constant": torque_constant, "wheel-inertia": wheel_inertia, "axis-inertia": axis_inertia}
-    given |= {"mass": mass, "length": length, "counts": counts, "gain": gain}
+    given |= {"mass": mass, "length": length, "counts": counts, "gain": gain, "kp": kp, "kd": kd}
     _check(given, kind, from_mjcf, joint)
     if bob and mass is None:
         raise InputError("--bob says how the mass of --mass and --length is spread: give both")
@@ -123,4 +131,4 @@ def _check(given: dict[str, float | None], kind: Kind | None, from_mjcf: Path | 
     if given["supply"] is None and at_voltage:
         raise InputError("--stall-torque and --no-load-speed need --supply, the voltage at which they hold")
     finite(**{name: value for name, value in given.items() if value is not None})
-    positive(**{name: value for name, value in given.items() if value is not None})
+    positive(**{name: value for name, value in given.items() if value is not None and (name, value) != ("kd", 0.0)})

@@ -8,7 +8,7 @@ import typer
 
 from rwjax.cli.options import RATE, Json, Quiet, RigFile, finite, of_file, positive
 from rwjax.cli.result_folder import ResultFolder
-from rwjax.cli.terminal import document, note, say
+from rwjax.cli.terminal import document, next_command, note, say
 from rwjax.errors import InputError
 from rwjax.kinds import beyond
 from rwjax.report.answer import json_text
@@ -95,7 +95,7 @@ def plan(
     else:
         say(
             f"{table(found)}\n{len(runs)} run{'s' * (len(runs) != 1)}, {found.seconds / 60.0:.1f} min without the waits between them; "
-            f"written to {written}"
+            f"written to {written}\nrecord them, then look at their logs\n{next_command('check', rig_file, 'LOGS')}"
         )
     if quiet:
         return

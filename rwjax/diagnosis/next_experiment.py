@@ -149,8 +149,9 @@ def propose(
             f"gone{rest}"
         )
     if telling[best] < 1.0:
+        largest = f"{within.volts:.3g}{unit}" if unit else f"{within.volts:.3g} of full scale"
         return Proposal(
-            f"no command within {within.volts:.3g}{unit}, hardly further than these logs have gone, separates {' and '.join(names)}: "
+            f"no command within {largest}, hardly further than these logs have gone, separates {' and '.join(names)}: "
             "there they are the same thing for this rig"
         )
     run = Run(

@@ -8,6 +8,7 @@ from rwjax.effects.library import BY_NAME, of_kind
 from rwjax.effects.rig_terms import terms_of
 from rwjax.errors import RigError
 from rwjax.export import Exported
+from rwjax.export.instead import AS_JOINT
 from rwjax.export.template import rendered
 from rwjax.kinds import UNIT_GIVEN
 from rwjax.logs.driven import NEEDED
@@ -41,9 +42,12 @@ def c_header(rig: Rig) -> Exported:
         RigError: For a rig without an axis or with two of them.
     """
     if rig.kind in ("wheel", "two_axis"):
-        raise RigError(f"kind `{rig.kind}` has no friction of one axis to feed forward")
+        more = f"; {AS_JOINT}" if rig.kind == "wheel" else ""
+        raise RigError(f"kind `{rig.kind}` has no friction of one axis to feed forward{more}")
     order = [name for name in of_kind(rig.kind) if name in rig.effects]
     steps = [(name, text) for name in reversed(order) if (text := BY_NAME[name].c_command(rig.effects[name]))]
+    if steps and _given(rig) == "duty":
+        steps = _in_volts(steps, rig.numbers.get("drive.supply"))
     levels = [Term(text, name) for name in order if (text := BY_NAME[name].c_level(rig.effects[name]))]
     held = {*(name for name, _ in steps), *(term.meaning for term in levels)}
     left = {name: "no function of the rate or the command is written for it" for name in order if name not in held}
@@ -62,6 +66,14 @@ def c_header(rig: Rig) -> Exported:
         number=literal,
     )
     return Exported(text, left)
+
+
+def _in_volts(steps: list[tuple[str, str]], supply: float | None) -> list[tuple[str, str]]:
+    """Steps of a drive that act on volts, for a command that is a duty; none without the supply's voltage [V]."""
+    if supply is None:
+        return []
+    volts = literal(supply)
+    return [("from a duty to volts", f"u *= {volts};"), *steps, ("from volts to a duty", f"u /= {volts};")]
 
 
 def _identifier(name: str) -> str:

@@ -16,12 +16,13 @@ from math import copysign, inf
 from rwjax.effects.effect import Effect
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.parameter import parameters
-from rwjax.effects.ports import Clock, Encoder, EncoderDelay, Reading
+from rwjax.effects.ports import Clock, CommandDelay, CommandFilter, CommandMap, Encoder, EncoderDelay, Reading
 from rwjax.effects.rig_terms import terms_of
 from rwjax.errors import RigError
+from rwjax.export.instead import OWN_LOOP, instead
 from rwjax.rig.model import Rig, Servo
 
-IN_THE_LOOP = "it acts inside the servo's loop, where an actuator has no place for it"
+IN_THE_LOOP = f"it acts inside the servo's loop, where an actuator has no place for it; {OWN_LOOP}"
 STEP = 1e-3
 """Time step of the model [s]."""
 SERVO_OF_WHEEL = "an actuator's loop reads the joint that it drives, here the wheel; the control is the voltage"
@@ -235,8 +236,8 @@ _PLANTS: dict[str, Callable[[Rig], Model]] = {
 }
 """The plant of each kind of rig."""
 _LACKING = {
-    "ki": "an actuator has no integral of the error",
-    "error_limit": "an actuator has no limit of the error",
+    "ki": f"an actuator has no integral of the error; {OWN_LOOP}",
+    "error_limit": f"an actuator has no limit of the error; {OWN_LOOP}",
     "derivative_filter": "its rate is not filtered",
     "period": "the loop of an actuator acts at every step",
     "phase": "the loop of an actuator acts at every step",
@@ -310,7 +311,7 @@ def _with_effect(model: Model, effect: type[Effect], given: Mapping[str, float])
     for number, what in effect.mujoco_drops.items():
         null = known[number].null if number in known else 0.0
         if given.get(number, null) != null:
-            model = model.without(name, what, _lacking(model.held, effect, number, null))
+            model = model.without(name, _to_do(what, effect), _lacking(model.held, effect, number, null))
     for key, value in (added or {}).items():
         model = model.plus(key, value)
     return model
@@ -328,11 +329,17 @@ def _lacking(rig: Rig, effect: type[Effect], number: str, null: float) -> Rig:
 def _refused(drive: Drive, effect: type[Effect], added: Mapping[str, float] | None) -> str:
     """Why a model cannot hold an effect at all, "" where it can."""
     if added is None and issubclass(effect, Encoder | EncoderDelay | Reading | Clock):
-        return IN_THE_LOOP if drive.servo else "it belongs to the readings"
+        return IN_THE_LOOP if drive.servo else _to_do("it belongs to the readings", effect)
     if added is None:
-        return "MuJoCo has no such part"
+        inside = drive.servo and issubclass(effect, CommandMap | CommandDelay | CommandFilter)
+        return IN_THE_LOOP if inside else _to_do("MuJoCo has no such part", effect)
     if drive.servo and added.keys() & {"lag", "delay", "limit"}:
         return IN_THE_LOOP
     if drive.is_dc_motor and "lag" in added:
-        return "MuJoCo's DC motor takes its voltage without a lag"
+        return _to_do("MuJoCo's DC motor takes its voltage without a lag", effect)
     return ""
+
+
+def _to_do(why: str, effect: type[Effect]) -> str:
+    """Why something is left out, and what a user of the model does instead."""
+    return "; ".join(filter(None, (why, instead(effect))))

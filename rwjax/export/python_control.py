@@ -17,7 +17,9 @@ from jaxtyping import Float
 from rwjax.control.linear import Linear, left_out_effects, linearisation_notes, linearised
 from rwjax.effects.library import BY_NAME
 from rwjax.effects.ports import AxisElastic, Dry
+from rwjax.errors import RigError
 from rwjax.export import Exported
+from rwjax.export.instead import AS_JOINT
 from rwjax.export.template import rendered
 from rwjax.plant.assemble import one_axis_plant_of
 from rwjax.plant.dry_friction import friction_level
@@ -46,6 +48,8 @@ def python_control(rig: Rig) -> Exported:
     Raises:
         RigError: For a rig without an axis, or whose command does not turn its axis (`rwjax.control.linear.linearised`).
     """
+    if rig.kind == "wheel":
+        raise RigError(f"kind `wheel` has no axis whose angle the plant could give; {AS_JOINT}")
     smooth = _without_dry_friction(rig)
     plant = linearised(smooth)
     damped = linearised(replace(smooth, numbers=smooth.numbers | {VISCOUS: smooth.numbers.get(VISCOUS, 0.0) + 1.0}))

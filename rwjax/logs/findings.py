@@ -57,7 +57,7 @@ class Finding(NamedTuple):
         says: What it is and what to do, one sentence.
         kind: "gaps", "bursts", "missing_rows", "uneven" or "drift" of a clock; "constant", "clipped", "one_way" or "begins_driven" of a
             command; "missing", "outliers", "dropout", "frozen", "wrap" or "still" of readings; "loop"; "question" about units;
-            "nothing_told" or "barely_told" of numbers.
+            "guessed", "nothing_told" or "barely_told" of numbers.
     """
 
     log: str

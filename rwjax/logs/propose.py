@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from rwjax.errors import LogError
 from rwjax.kinds import THESIS_COLUMNS, encoder_section
 from rwjax.logs.sheet import Sheet
-from rwjax.rig.columns import COLUMNS, columns_of
+from rwjax.rig.columns import COLUMNS, COMMANDS, columns_of
 
 UNITS = (
     (r"rad\s*/\s*s|rad_s|rads|rad_per_s", "rad/s"),
@@ -130,13 +130,39 @@ def proposal(sheet: Sheet, kind: str, without: Collection[str] = (), supply: flo
         return THESIS_SECTION
     found = {name: one for name, one in proposed(sheet, kind, supply).items() if name not in without}
     other = [column for column in sheet.names if column not in {one.column for one in found.values()}]
+    beside = _other_commands(sheet, kind, found, other)
     commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
     missing = [] if "time_s" in found else ['# time_s = { column = "…", unit = "ms" }   # every log needs it']
     missing += [] if commanded else ['# voltage_V = "…"   # every log needs a command']
     missing += [] if any(name in COLUMNS for name in found) else [_no_reading(kind)]
     lines = [found[name].line for name in columns_of(kind) if name in found]
-    passed = [f"# passed over: {', '.join(other)}"] if other else []
-    return "\n".join(["[columns]", *lines, *missing, *passed])
+    rest = [column for column in other if column not in beside]
+    passed = [f"# passed over: {', '.join(rest)}"] if rest else []
+    return "\n".join(["[columns]", *lines, *missing, *beside.values(), *passed])
+
+
+def _other_commands(sheet: Sheet, kind: str, found: Mapping[str, Proposal], other: Sequence[str]) -> dict[str, str]:
+    """Columns that may be a command as well, each with a line that says why it is passed over and how it is used."""
+    if (taken := next((found[name] for name in COMMANDS if name in found), None)) is None:
+        return {}
+    said = {}
+    for column in other:
+        values = _values(sheet, column)
+        one = _guess(column, values, "joint", None) if values is not None else None
+        if one is not None and one.name in COMMANDS and one.name not in columns_of(kind):
+            said[column] = (
+                f"# passed over: {column}: a `{kind}` rig does not take a {one.name}, and {taken.column} is its command"
+            )
+            continue
+        if one is None or values is None or one.name not in COMMANDS or one.name == taken.name:
+            continue
+        if one.name != "voltage_V" or values.min() < 0.0 or _of_full_power(column):  # else it may be the supply's
+            line = one.line.partition("   #")[0]
+            said[column] = (
+                f"# passed over: {column}: a log holds one command, and {taken.column} is taken for it; to use {column}, write in the place "
+                f"of the line {taken.name}: {line}"
+            )
+    return said
 
 
 def _no_reading(kind: str) -> str:
@@ -155,7 +181,7 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
 
     Returns:
         By rwjax's column the first column of the file that it may be. Beside a goal a voltage without a sign is that of the supply, and
-        one of both signs takes its place; beside an angle its counts are passed over.
+        one of both signs takes its place; so does any other command where the rig is no joint; beside an angle its counts are passed over.
     """
     found: dict[str, Proposal] = {}
     if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
@@ -170,8 +196,12 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
     driven = given is not None and given.min() < 0.0
     torques = (_values(sheet, column) for column in sheet.names if is_commanded_torque(column))
     driven |= any(values is not None and values.any() for values in torques)
+    beside = {*found} & {"duty", "command_A", "command_Nm"}
+    beside |= {"voltage_V"} if volts is not None and (driven or _of_full_power(volts.column)) else set()
     if driven and "goal_rad" in found and found["goal_rad"].column != "goal_rad":
         del found["goal_rad"]  # a torque, or a voltage of both signs, is what drives, whatever goal it follows
+    if kind != "joint" and beside:
+        found.pop("goal_rad", None)  # any other rig is driven by what the log says that its drive was given
     if "goal_rad" in found:  # a log holds one command
         found.pop("duty", None)
         volts = found.pop("voltage_V", None)
@@ -321,7 +351,7 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
     if means == "rate":
         guessed = "" if unit else "rad/s? Else a unit"
         return _line(f"{axis}_rad_s", column, unit if unit in ("deg/s", "rpm") else "", guessed, size)
-    if means == "goal_rad":
+    if means == "goal_rad" and means in valid:
         return _line(
             "goal_rad",
             column,

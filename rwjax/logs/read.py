@@ -10,6 +10,7 @@ from rwjax.errors import OF_PATH, InputError, LogError, printable, refuses_other
 from rwjax.logs.fields import fields_of
 from rwjax.logs.log import Log
 from rwjax.logs.read_sheet import read_sheet
+from rwjax.logs.text_sheet import NO_HEADER, NoHeader
 from rwjax.rig.model import Rig
 
 
@@ -66,4 +67,13 @@ def read_log(path: str | os.PathLike[str], rig: Rig, outputs_required: bool = Tr
         LogError: With file, line, what is wrong and what would be right.
         InputError: The rig is none, or the path is.
     """
-    return Log(printable(Path(path).name), **fields_of(read_sheet(path), rig, outputs_required))
+    try:
+        sheet = read_sheet(path)
+    except NoHeader:
+        if not rig.sources:
+            raise
+        names = ",".join(source.column for source in rig.sources.values())
+        raise NoHeader(
+            f"{path}: {NO_HEADER}; the first row has to hold the columns that [columns] names: `{names}`"
+        ) from None
+    return Log(printable(Path(path).name), **fields_of(sheet, rig, outputs_required))

@@ -17,6 +17,8 @@ from rwjax.logs.sheet import FEWEST, FREE_TEXT, NO_DATES, ROLES, Sheet, is_numbe
 if TYPE_CHECKING:
     import polars as pl
 
+NO_HEADER = "holds no header and no samples"
+"""What is wrong with a file that is empty, but for notes."""
 MOST_COLUMNS = 1000
 """Columns of a log: a header of more is no header."""
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars"}
@@ -25,6 +27,10 @@ BEGUN = r"[-+]|[-+]?(\d+([.,]\d*)?|[.,]\d+)[eE][-+]?|[-+]?[.,]"
 """What a number leaves that is cut off before its end: a sign, a point, or all but the digits of its exponent."""
 DATE = r"^(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d)(:\d\d(?:[.,]\d+)?)? ?(Z|[+-]\d\d(?::?\d\d)?)?$"
 """A date and time by ISO 8601: day, minute, second and time zone."""
+
+
+class NoHeader(LogError):
+    """A file that is empty, but for notes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +235,7 @@ def text_sheet(path: str | os.PathLike[str], text: str) -> TextSheet:
         elif line.strip():
             whole = {key: "; ".join(values) for key, values in notes.items()}
             return replace(_header(path, number, line, whole, lines[number:], given), noted=noted)
-    raise LogError(f"{path}: holds no header and no samples; the first row has to be `time_s,voltage_V,…`")
+    raise NoHeader(f"{path}: {NO_HEADER}; the first row has to be `time_s,voltage_V,…`")
 
 
 def _note(where: str, line: str, notes: dict[str, list[str]]) -> str:

@@ -27,8 +27,9 @@ from rwjax.logs.sheet import Sheet
 from rwjax.methods.first_estimates import first_estimates, rounded
 from rwjax.methods.known import Known
 from rwjax.methods.mujoco_joint import MujocoJoint
-from rwjax.methods.servo_scale import servo_numbers
-from rwjax.rig.columns import COLUMNS, columns_of
+from rwjax.methods.servo_scale import KD, KP, servo_numbers
+from rwjax.rig.columns import COLUMNS, columns_of, commands_of
+from rwjax.rig.parse import PERIOD
 from rwjax.rig.read import parse_rig
 
 GRAVITY = 9.81
@@ -39,6 +40,8 @@ OWN_NUMBERS = {
     "wheel_inertia": "wheel.inertia",
     "axis_inertia": "axis.inertia",
     "gain": "drive.gain",
+    "kp": KP,
+    "kd": KD,
 }
 """Numbers that the datasheet gives as they are, by its attributes."""
 
@@ -59,6 +62,8 @@ class Datasheet(NamedTuple):
         axis_inertia: Moment of inertia of what the axis carries [kg m²].
         bob: Whether the mass sits at the end of the length; along all of it where it does not.
         gain: Gain of a platform's drive, its torque per volt [N m/V].
+        kp: Gain of the servo's loop [V/rad, or 1, A or N m per rad by what it acts on].
+        kd: Its rate gain [V s/rad, or by what it acts on].
     """
 
     supply: float | None = None
@@ -73,6 +78,8 @@ class Datasheet(NamedTuple):
     axis_inertia: float | None = None
     bob: bool = False
     gain: float | None = None
+    kp: float | None = None
+    kd: float | None = None
 
     @property
     def of_a_motor(self) -> bool:
@@ -136,11 +143,12 @@ def first_rig(
             goal where the model's hinge has a servo.
     """
     sheet = read_sheet(paths[0])
-    _check_columns(sheet)
+    check_columns(sheet)
     guessed = kind is None and model is None
     kind = "joint" if model else kind or kind_of(sheet, datasheet)
     lacks = _lacking(model) if model else ()
     columns = {*proposed(sheet, kind)} - {*lacks}
+    _check_goal(sheet, kind, columns)
     section = _section(sheet, kind, lacks, datasheet.supply)
     name = Path(paths[0]).resolve().parent.name
     if datasheet.counts and not any(COLUMNS[column].encoder for column in columns if column in COLUMNS):
@@ -165,17 +173,28 @@ def first_rig(
     if model:
         _check_command(sheet, model, columns)
         read_logs(paths, rig)
-        return FirstRig("".join(f"# {note}\n" for note in model.notes) + text(numbers), said)
+        return _said("".join(f"# {note}\n" for note in model.notes) + text(numbers), said)
     logs = read_logs(paths, rig)
     if "goal_rad" in columns:
         head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax check`.\n"
-        return FirstRig(head + text(numbers), said)
+        return _said(head + text(numbers), said)
     K = numbers.get("motor.torque_constant")
     try:
         found = first_estimates(rig, logs, numbers, by_no_load_speed=K is not None and K.why == BY_NO_LOAD)
     except InputError as why:
-        return FirstRig(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}", said)
-    return FirstRig(text(found.numbers), (*said, *found.notes))
+        return _said(f"# No number is estimated yet: {printable(str(why))}\n{text(numbers)}", said)
+    return _said(text(found.numbers), said, found.notes)
+
+
+def _said(text: str, said: tuple[str, ...], more: Sequence[str] = ()) -> FirstRig:
+    """A first rig file with its notes: which of its numbers are guesses, those that no other note names among them."""
+    rig = parse_rig(text)
+    names = [name for name in rig.guessed if not any(f"`{name}`" in note for note in said)]
+    names = [name for name in names if not name.startswith("columns.")]  # of a scale, whose supply's voltage is said
+    free, fixed = ([name for name in names if (name in rig.free) == is_free] for is_free in (True, False))
+    guesses = [f"guesses, which stay as they are: {', '.join(fixed)}; write the true ones"] if fixed else []
+    guesses += [f"guesses, which a fit estimates: {', '.join(free)}"] if free else []
+    return FirstRig(text, (*said, *guesses, *more))
 
 
 def _section(sheet: Sheet, kind: str, lacks: Sequence[str], supply: float | None) -> str:
@@ -204,14 +223,22 @@ def _unused(datasheet: Datasheet, made: Callable[[Datasheet], object]) -> tuple[
     for name, value in datasheet._asdict().items():
         if name in OF_A_VALUE or value is None:
             continue
-        if made(datasheet._replace(**{name: 2.0 * value})) == as_given:
+        if made(datasheet._replace(**{name: 2.0 * value or 1.0})) == as_given:
             more = SUPPLY_ALONE if name == "supply" else ""
             said.append(f"--{name.replace('_', '-')} is not used: no number of this file comes from it{more}")
     return tuple(said)
 
 
-def _check_columns(sheet: Sheet) -> None:
-    """Raises `LogError` where no column is taken for the time, a command or a reading: by a value that is no number, if there is one."""
+def check_columns(sheet: Sheet) -> None:
+    """Checks that a first rig file can be written for a table.
+
+    Args:
+        sheet: The columns of a log.
+
+    Raises:
+        LogError: Where no column is taken for the time, a command or a reading, by a value that is no number, if there is one; and for
+            logs in the thesis's layout, or of a rig with two axes.
+    """
     second = [name for name in sheet.names if name in OF_TWO_AXES]
     if second and all(name.startswith("pitch") for name in second) and "yaw_rad" not in sheet.names:
         calls = ", ".join(f"`{name.replace('pitch', 'yaw')}` for `{name}`" for name in second)
@@ -242,6 +269,17 @@ def _check_columns(sheet: Sheet) -> None:
         f"{sheet.where(None)}: no column is taken for {what}; found {', '.join(sheet.names)}; say in a rig file what they are"
         f"{by_hand or ', under [columns]'}"
     )
+
+
+def _check_goal(sheet: Sheet, kind: str, columns: set[str]) -> None:
+    """Raises `LogError` where a goal is all that is commanded, and the rig takes none."""
+    valid = {*commands_of(kind)}
+    goal = proposed(sheet, "joint").get("goal_rad")
+    if goal is not None and "goal_rad" not in valid and not valid & (columns | {*sheet.names}):
+        raise LogError(
+            f"{sheet.where(None)}: `{printable(goal.column)}` is the goal of a servo, which a `{kind}` rig does not take: a goal needs kind "
+            f"{' or '.join(one for one in ONE_AXIS if 'goal_rad' in commands_of(one))}, and a `{kind}` a voltage or a duty"
+        )
 
 
 def _commands_by_hand(sheet: Sheet) -> str:
@@ -311,6 +349,7 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
         One of `rwjax.kinds.ONE_AXIS`.
     """
     names, columns = {*sheet.names}, {*proposed(sheet, "reaction")}
+    goal = "goal_rad" in proposed(sheet, "joint")
     if names & {"position_rad", "command_Nm"}:
         return "joint"
     if "position_m" in names:
@@ -320,7 +359,7 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
         return "reaction" if axis else "wheel"
     if datasheet.gain:
         return "platform"
-    if "goal_rad" in columns:
+    if goal:
         return "joint"
     yaw = any("yaw" in name.lower() for name in names)
     if datasheet.wheel_inertia:
@@ -361,6 +400,8 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
             inertia_known=bool(d.axis_inertia or (kind in WHEELED and d.wheel_inertia)),
             current="current_A" in columns,
             wheel_measured=bool({"wheel_rad_s", "wheel_rad", "wheel_counts"} & columns),
+            kp=d.kp,
+            kd=d.kd,
         )
     return found
 
@@ -467,7 +508,11 @@ def _text(
 def _servo_choices(model: MujocoJoint | None) -> list[str]:
     """What a servo's command is."""
     if model is None:
-        return ['acts_on = "voltage"   # a guess: or "duty", "current", "torque"']
+        return [
+            'acts_on = "voltage"   # a guess: or "duty", "current", "torque"',
+            "# limit = 12.0   # of the output, V: without it there is none",
+            f"# period = {PERIOD:g}   # between ticks, s: what counts without it",
+        ]
     return ['acts_on = "torque"', 'damping_on = "speed"']
 
 

@@ -77,6 +77,7 @@ class Rig:
         driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
         sources: Columns of a log file by the columns of rwjax's that they become.
         cautions: What the diagnosis that wrote it was not sure of; the first comments of the file, kept by what is made from it.
+        guessed: Keys whose comments in the file call them a guess, as a first rig file has them; not kept by what is made from it.
     """
 
     kind: str
@@ -96,6 +97,7 @@ class Rig:
     driven: Driven = field(default_factory=Driven)
     sources: dict[str, Source] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
+    guessed: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:

@@ -71,7 +71,7 @@ def parse_rig(text: str, path: str | os.PathLike[str] = "rig.toml") -> Rig:
     """
     try:
         rig = _rig(parse_toml(text), printable(Path(path).stem)[:LONGEST_TEXT])
-        return replace(rig, cautions=tuple(_cautions(text)))
+        return replace(rig, cautions=tuple(_cautions(text)), guessed=tuple(_guessed(text)))
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
     except ValueError as error:
@@ -90,6 +90,16 @@ def _cautions(text: str) -> Iterator[str]:
     for line in takewhile(lambda line: not line.strip() or line.startswith("#"), text.splitlines()):
         if line.startswith(mark := f"# {CAUTION}"):
             yield printable(line.removeprefix(mark))
+
+
+def _guessed(text: str) -> Iterator[str]:
+    """Dotted names of the keys that a comment behind them calls a guess."""
+    section = ""
+    for line in text.splitlines():
+        if header := re.match(r"\s*\[([\w.]+)\]", line):
+            section = f"{header[1]}."
+        elif key := re.match(r"\s*([\w.]+)\s*=[^#]*#.*\ba guess\b", line):
+            yield f"{section}{key[1]}"
 
 
 def _given_twice(lines: list[str], line: str, error: str) -> str:

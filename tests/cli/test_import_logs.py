@@ -35,7 +35,8 @@ def test_without_a_section_one_is_proposed(tmp_path: Path, capsys: pytest.Captur
     import_logs(found[:1], tmp_path / "plain.toml" if with_rig else None, None)
     said = capsys.readouterr().out
     assert "semicolons.csv: 5 columns" in said and "  state: no numbers" in said
-    section = said[said.index("[columns]") :]
+    section, _, ahead = said[said.index("[columns]") :].partition("next: ")
+    assert ahead == ("" if with_rig else f"rwjax init {found[0]} -o rig.toml\n")
     (tmp_path / "rig.toml").write_text(PLATFORM + section)
     import_logs(found, tmp_path / "rig.toml", tmp_path / "logs")
     assert (tmp_path / "logs" / "struct.csv").exists()
@@ -101,9 +102,34 @@ def test_a_supply_is_for_a_section_that_is_proposed(tmp_path: Path, capsys: pyte
     import_logs([tmp_path / "run.csv"], None, None, 7.4)
     said = capsys.readouterr().out
     assert '"7.4 V / 255"' in said and "is a guess" not in said
-    (tmp_path / "rig.toml").write_text(PLATFORM + said[said.index("[columns]") :])
+    assert said.endswith(f"next: rwjax init {tmp_path / 'run.csv'} --supply 7.4 -o rig.toml\n")
+    (tmp_path / "rig.toml").write_text(PLATFORM + said[said.index("[columns]") :].partition("next: ")[0])
     with pytest.raises(InputError, match="^--supply is of a section that is proposed, and here the rig file says what"):
         import_logs([tmp_path / "run.csv"], tmp_path / "rig.toml", tmp_path / "logs", 7.4)
     for wrong in (-1.0, 0.0, float("inf"), float("nan")):
         with pytest.raises(InputError, match="--supply"):
             import_logs([tmp_path / "run.csv"], None, None, wrong)
+
+
+def test_a_section_for_files_alike_is_printed_once_with_their_names(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = "".join(f"{k / 100},{k / 50},{k % 7}\n" for k in range(20))
+    text = f"time,position_rad,command_Nm\n{rows}"
+    paths = [tmp_path / name for name in ("a.csv", "b.csv", "other.csv")]
+    for path in paths:
+        path.write_text(text if path != paths[2] else text.replace("command_Nm", "volts"))
+    import_logs(paths, None, None)
+    said = capsys.readouterr().out
+    assert said.count("[columns]") == 2 and said.count("3 columns") == 3
+    assert f"for a `joint` rig file of {paths[0]}, {paths[1]}:\n" in said
+    assert said.endswith(f"\n\nnext: rwjax init {paths[0]} {paths[1]} -o rig.toml\n")
+
+
+def test_of_files_that_init_does_not_take_no_command_is_suggested(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = "".join(f"{k / 100},{k / 50}\n" for k in range(20))
+    (tmp_path / "a.csv").write_text(f"time,position_rad\n{rows}")
+    import_logs([tmp_path / "a.csv"], None, None)
+    assert "next:" not in capsys.readouterr().out

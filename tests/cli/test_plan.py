@@ -21,7 +21,9 @@ def test_a_plan_is_written_and_told(
     assert within(monkeypatch, "plan", demo, "--volts", 6, "--rate", 5, "-o", tmp_path / "plan") == 0
     out, err = capsys.readouterr()
     lines = out.splitlines()
-    assert lines[-1].endswith(f"written to {tmp_path / 'plan' / 'plan.toml'}") and max(map(len, lines[:-1])) <= 120
+    *told, written_to, then, ahead = lines
+    assert written_to.endswith(f"written to {tmp_path / 'plan' / 'plan.toml'}") and max(map(len, told)) <= 120
+    assert then == "record them, then look at their logs" and ahead == f"next: rwjax check {demo} LOGS"
     written = tomllib.loads((tmp_path / "plan" / "plan.toml").read_text())
     assert written["rig"] == "thesis platform" and written["limits"] == {"voltage_V": 6.0, "yaw_rad_s": 5.0}
     for run in written["runs"]:

@@ -1,16 +1,18 @@
 """The next experiment: what is proposed can be played, stays where the logs have been, and tells the rivals apart."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rwjax import read_log
+from rwjax import parse_rig, read_log
 from rwjax.diagnosis.next_experiment import Rival, propose
 from rwjax.diagnosis.settings import NextExperimentSettings
 from rwjax.fitting.prediction import predict_logs
 from rwjax.fitting.problem import pose
+from rwjax.logs.driven import driven
 from rwjax.planning.amplitude import COASTING
 from rwjax.planning.files import read_plan, write_plan
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -61,6 +63,18 @@ def test_where_no_run_separates_them_that_is_said() -> None:
     assert plan is None and sentence.startswith(
         "no command within 0.9 V, hardly further than these logs have gone, separates"
     )
+
+
+def test_a_command_without_a_unit_is_a_share_of_full_scale() -> None:
+    rig = parse_rig(
+        'kind = "joint"\n[motor]\ntorque_constant = 0.4\nresistance = 1.0\n[drive]\nsupply = 12.0\n[axis]\ninertia = 0.1\n'
+    )
+    rig, (log,) = driven(rig, [replace(LOG, input="duty")])
+    structure = structure_of(rig).with_effects("axis.coulomb", "drive.deadzone")
+    problem = pose(structure, [log], {"yaw_rad": 2e-3})
+    two = [Rival((name,), problem, theta_of(rig, structure)) for name in ("axis.coulomb", "drive.deadzone")]
+    sentence, plan = propose("a rig", two, [0], {"yaw_rad": 1e3}, SETTINGS)
+    assert plan is None and sentence.startswith("no command within 0.9 of full scale, hardly further than these logs")
 
 
 @pytest.mark.slow

@@ -85,6 +85,16 @@ def test_the_command_is_what_the_servo_acts_on(acts_on: str, per_torque: float, 
     assert values(rig, tmp_path, "friction_command", np.array([1.0])) == pytest.approx([0.3 * per_torque], rel=1e-6)
 
 
+@pytest.mark.parametrize(("supply", "more"), [("supply = 12.0\n", 0.5 / 12.0), ("", 0.0)])
+def test_a_dead_zone_in_volts_is_undone_in_a_duty(supply: str, more: float, tmp_path: Path) -> None:
+    rig = parse_rig(
+        f'kind = "joint"\n[drive]\n{supply}[drive.servo]\nacts_on = "duty"\nkp = 1.0\n[motor]\ntorque_constant = 0.02\n'
+        'resistance = 2.0\n[axis]\ninertia = 0.1\n[effects."drive.deadzone"]\nu_0 = 0.5\nj = 0.0\n'
+    )
+    assert values(rig, tmp_path, "drive_command", np.array([0.3])) == pytest.approx([0.3 + more], rel=1e-6)
+    assert ("drive.deadzone" in c_header(rig).left_out) == (not supply)
+
+
 @pytest.mark.parametrize(
     ("acts_on", "motor", "lacks"),
     [

@@ -202,3 +202,13 @@ def test_two_axes_have_no_model() -> None:
 
 def test_names_of_all_letters_stand_in_the_model() -> None:
     assert off_by(replace(platform(), name='a--b <">& ü'), VOLTS) < 1e-2
+
+
+def test_a_dead_zone_applied_to_the_command_before_the_actuator_makes_up_for_the_model_s_lack() -> None:
+    rig = replace(platform("viscous = 0.02"), effects={"drive.deadzone": {"u_0": 0.8, "j": 0.0}})
+    found = mjcf(rig)
+    assert "apply it to the command before the actuator" in found.left_out["drive.deadzone"]
+    past = np.sign(VOLTS) * np.maximum(np.abs(VOLTS) - 0.8, 0.0)
+    as_it_is, told = (played(found.text, TIME, u)["yaw_rad"] for u in (VOLTS, past))
+    ours = np.asarray(simulate(rig, TIME, VOLTS)["yaw_rad"])
+    assert np.max(np.abs(told - ours)) < 1e-3 * np.ptp(ours) < 0.1 * np.max(np.abs(as_it_is - ours))

@@ -233,3 +233,35 @@ def test_a_joint_beside_an_angle_is_its_number(number: np.ndarray, angle: str) -
 def test_a_joint_that_never_changes_is_no_angle() -> None:
     sheet = ArraySheet("run", {}, ["t", "joint_1"], {"t": 0.01 * K, "joint_1": 0.0 * K})
     assert "# passed over: joint_1" in proposal(sheet, "joint").splitlines()
+
+
+@pytest.mark.parametrize(
+    ("kind", "line", "passed"),
+    [
+        (
+            "joint",
+            'goal_rad = { column = "goal_deg", unit = "deg" }',
+            "duty_pct: a log holds one command, and goal_deg is taken for it; to use duty_pct, write in the place of the line goal_rad: "
+            'duty = { column = "duty_pct", unit = "percent" }',
+        ),
+        (
+            "platform",
+            'duty = { column = "duty_pct", unit = "percent" }',
+            "goal_deg: a log holds one command, and duty_pct is taken for it; to use goal_deg, write in the place of the line duty: "
+            'goal_rad = { column = "goal_deg", unit = "deg" }',
+        ),
+        (
+            "wheel",
+            'duty = { column = "duty_pct", unit = "percent" }',
+            "goal_deg: a `wheel` rig does not take a goal_rad, and duty_pct is its command",
+        ),
+    ],
+)
+def test_of_a_goal_and_a_duty_one_is_taken_by_the_kind_and_the_other_passed_over_with_the_reason(
+    kind: str, line: str, passed: str
+) -> None:
+    t = 0.01 * np.arange(400)
+    columns = {"time_s": t, "goal_deg": 40.0 * np.sin(t), "duty_pct": 60.0 * np.cos(t), "pos_deg": 40.0 * np.sin(t)}
+    lines = proposal(ArraySheet("a.csv", {}, [*columns], columns), kind).splitlines()
+    assert [one.partition("   #")[0] for one in lines if one.startswith(("goal_rad", "duty"))] == [line]
+    assert [one for one in lines if one.startswith("#")] == [f"# passed over: {passed}"]

@@ -3,13 +3,16 @@
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from rwjax import parse_rig
 from rwjax.errors import InputError, LogError
 from rwjax.logs.read import read_log, read_logs
 from rwjax.logs.write import write_log
+from rwjax.rig.columns_section import sources
 from tests.logs.texts import HEADER, PLATFORM, REACTION, ROWS, changed
 from tests.two_axes import two_axis
 
@@ -194,3 +197,13 @@ def test_a_link_to_itself_is_a_file_that_cannot_be_read(tmp_path) -> None:
     (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
     with pytest.raises(LogError, match=r"loop\.csv: cannot be read"):
         read_logs([tmp_path / "loop.csv"], PLATFORM)
+
+
+def test_of_an_empty_file_the_columns_that_the_rig_file_names_are_said(tmp_path: Path) -> None:
+    rig = parse_rig('kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n')
+    mapped = replace(rig, sources=sources({"time_s.column": "ms", "time_s.unit": "ms", "voltage_V": "pwm"}, "platform"))
+    (tmp_path / "empty.csv").write_text("")
+    for one, row in ((rig, "has to be `time_s,voltage_V,…`"), (mapped, "the columns that [columns] names: `ms,pwm`")):
+        with pytest.raises(LogError, match="empty.csv: holds no header and no samples; the first row ") as said:
+            read_log(tmp_path / "empty.csv", one)
+        assert row in str(said.value)

@@ -385,7 +385,7 @@ def test_a_current_tells_the_torques_so_that_the_weight_stays_free(command: str,
 
 def test_a_number_of_the_datasheet_that_the_file_does_not_use_is_said(tmp_path: Path) -> None:
     paths = servo_log(tmp_path)
-    (said,) = first_rig(paths, Datasheet(supply=12.0, resistance=1.4), "joint").notes
+    said = first_rig(paths, Datasheet(supply=12.0, resistance=1.4), "joint").notes[0]
     assert said.startswith(
         "--supply is not used: no number of this file comes from it; it tells a motor together with --no-load"
     )
@@ -466,10 +466,11 @@ def test_a_supply_is_a_guess_beside_a_mujoco_model_too(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("\n".join(["ms,pwm,counts", *rows, ""]))
     numbers = ("axis.inertia", "axis.friction.viscous", "motor.torque_constant", "motor.resistance")
     hinge = MujocoJoint("elbow", {name: Known(0.02, "of the model") for name in numbers}, False, {}, ())
-    (said,) = first_rig([tmp_path / "run.csv"], NOTHING, None, hinge).notes
-    assert said.startswith("--supply is not given: 12 V in `scale` under [columns] is a guess")
+    counts = "guesses, which stay as they are: encoder.counts_per_rev; write the true ones"
+    said, besides = first_rig([tmp_path / "run.csv"], NOTHING, None, hinge).notes
+    assert said.startswith("--supply is not given: 12 V in `scale` under [columns] is a guess") and besides == counts
     given = first_rig([tmp_path / "run.csv"], Datasheet(supply=9.0), None, hinge)
-    assert given.notes == () and '"9 V / 255"' in given.text
+    assert given.notes == (counts,) and '"9 V / 255"' in given.text
     paths = logs_of(platform("viscous = 0.02"), tmp_path, ("yaw_rad",))
     (said,) = first_rig(paths, Datasheet(supply=9.0), None, hinge).notes
     assert said.startswith("--supply is not used: ")

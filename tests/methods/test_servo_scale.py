@@ -37,3 +37,10 @@ def test_a_current_tells_the_torque_constant_and_the_motor_s_friction() -> None:
 
 def test_a_gain_of_the_drive_acts_as_the_servo_s_does() -> None:
     assert "drive.gain" not in free_of({"drive.gain": FREE, "axis.inertia": Known(0.1, "given")}, inertia=True)
+
+
+def test_a_gain_that_is_given_is_known_and_a_weight_is_then_told_by_it() -> None:
+    numbers = JOINT | {"axis.gravity.torque": FREE}
+    found = servo_numbers(numbers, inertia_known=False, current=False, wheel_measured=False, kp=3.0, kd=0.0)
+    assert found["drive.servo.kp"] == Known(3.0, "given") and found["drive.servo.kd"] == Known(0.0, "given")
+    assert found["axis.gravity.torque"].free

@@ -10,7 +10,7 @@ from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import Problem, pose
 from rwjax.fitting.questions.angles import about_degrees, from_degrees
 from rwjax.fitting.questions.clock import about_clock
-from rwjax.fitting.questions.command import about_other_runs, about_pulses
+from rwjax.fitting.questions.command import about_fractions, about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
 from rwjax.fitting.questions.readings import IN_MILLI, about_readings
 from rwjax.fitting.questions.servo import about_servos
@@ -69,6 +69,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     if unsigned := about_lost_signs(runs):
         problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
         runs = _free_runs(problem, theta, problem.batch, problem.start)
+    if fractions := about_fractions(runs):  # beside which every reading is too large, and in no unit
+        return [*dropped, *unsigned.values(), *fractions]
     whole = not any(
         log.goes_on for log in problem.logs
     )  # in less time a segment hardly leaves its start: no sign of a clock

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from rwjax.fitting.questions.ask import questions
+from rwjax.fitting.questions.guesses import about_guesses
 from rwjax.fitting.questions.numbers import NothingTold, about_numbers
 from rwjax.fitting.segments import with_segments
 from rwjax.logs.dropouts import dropouts, without_dropouts
@@ -28,6 +29,7 @@ def check(rig: Rig, logs: Sequence[Log]) -> list[Finding]:
     return [
         *(Finding("", "units", str(question), "question") for question in asked),
         *(finding for log in logs for finding in findings(log) if str(finding) not in asked),
+        *(Finding("", "numbers", says, "guessed") for says in about_guesses(rig)),
         *(
             Finding("", "numbers", says, "nothing_told" if isinstance(says, NothingTold) else "barely_told")
             for says in about_numbers(rig, [without_dropouts(log, dropouts(log)) for log in train])

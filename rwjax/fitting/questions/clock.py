@@ -12,6 +12,8 @@ from rwjax.logs.log import Log
 
 FACTORS = (0.1, 10.0, 1e-3, 1e3)
 """True time over the time in the log [1]."""
+MILLI = 1e-3
+"""The same of a time in ms that was read as s [1]."""
 LEAST_S, COARSEST_S = 0.3, 1.0
 """Length [s] of the shortest run, and time [s] between samples of the coarsest one, that anybody records of such a rig."""
 
@@ -48,10 +50,16 @@ def _plausible(log: Log, factor: float) -> bool:
 
 def _question(names: str, factor: float) -> Question:
     if factor < 1.0:
-        slow = 1.0 / factor
+        slow, key = 1.0 / factor, 'unit = "ms"' if factor == MILLI else f"scale = {factor:g}"
         return Question(
-            f"{names}: {slow:g} times slower than {GIVEN}: is the time in units of {factor:g} s? Divide `time_s` by {slow:g}"
+            f"{names}: {slow:g} times slower than {GIVEN}: is the time in units of {factor:g} s? Divide `time_s` by {slow:g}, or write {key} "
+            "for it in [columns]"
         )
+    key = (
+        'take unit = "ms" from it in [columns]'
+        if factor == 1.0 / MILLI
+        else f"write scale = {factor:g} for it in [columns]"
+    )
     return Question(
-        f"{names}: {factor:g} times faster than {GIVEN}: is a second of the clock {factor:g} s? Multiply `time_s` by {factor:g}"
+        f"{names}: {factor:g} times faster than {GIVEN}: is a second of the clock {factor:g} s? Multiply `time_s` by {factor:g}, or {key}"
     )

@@ -1,4 +1,4 @@
-"""Questions about the command of a log: pulses taken as volts, or the command of another run."""
+"""Questions about the command of a log: a fraction taken as percent, pulses taken as volts, or the command of another run."""
 
 from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple
@@ -18,6 +18,10 @@ from rwjax.fitting.questions.likeness import (
 )
 from rwjax.logs.log import Log
 
+PERCENT = 0.01
+"""Share of full power that a fraction of 1 never passes where it is taken for percent [1]."""
+FARTHER = 10.0
+"""Measured motion over the simulated one, by their effective values, from which a command is too small [1]."""
 FEW_VOLTS = 15.0
 """Command [V] above which whole numbers may be pulses."""
 MOST_COUNTS = 65_535
@@ -56,6 +60,38 @@ class Pulses(NamedTuple):
     neutral: float
     words: str
     remedy: str
+
+
+def about_fractions(runs: Sequence[Run]) -> list[Question]:
+    """A question about commands that never pass 1 % of full power, where all readings move far more than such a command moves them.
+
+    Args:
+        runs: Logs with their free runs. Those whose command is neither a duty nor beside the voltage of its supply are passed over.
+
+    Returns:
+        The question; none where a log's command is larger, or a reading moves about as simulated.
+    """
+    largest = [size for run in runs if (size := _of_full_power(run.log)) is not None]
+    if len(largest) < len(runs) or not 0.0 < max(largest, default=0.0) <= PERCENT * (1.0 + 1e-9):
+        return []
+    if not all(_moves_beyond(run, FARTHER**2) for run in runs if _of_full_power(run.log)):
+        return []
+    return [
+        Question(
+            f"{names_of([run.log for run in runs])}: the command never passes {100.0 * max(largest):.2g} % of full power, and the readings "
+            f"move more than {FARTHER:g} times as far as {GIVEN} under it: is it a fraction of 1, and not percent? Leave the "
+            'unit "percent" out of [columns], or multiply it by 100'
+        )
+    ]
+
+
+def _of_full_power(log: Log) -> float | None:
+    """Largest command as a share of full power [1]; None where that is not known."""
+    if log.input == "duty":
+        return float(np.abs(log.command).max(initial=0.0))
+    if log.input == "voltage_V" and log.supply is not None and log.command.ndim == 1:
+        return float(np.max(np.abs(log.command) / np.maximum(np.abs(log.supply), np.finfo(float).tiny), initial=0.0))
+    return None
 
 
 def as_pulses(log: Log) -> Pulses | None:
@@ -157,8 +193,18 @@ def about_other_runs(runs: Sequence[Run], asked: Collection[int]) -> list[Questi
 
 def _moves_enough(run: Run) -> bool:
     """Whether the rig moves about as far as simulated: dry friction that the rig file lacks may hold it otherwise."""
+    return any(own > COMPARABLE * given > 0.0 for own, given in _squares(run))
+
+
+def _moves_beyond(run: Run, times: float) -> bool:
+    """Whether the square of every reading's motion is more than so many times that of the simulated one."""
+    return all(own > times * given for own, given in _squares(run))
+
+
+def _squares(run: Run) -> list[tuple[float, float]]:
+    """Sum of the squares of every reading's motion, and of the simulated one beside it [SI]."""
+    found = []
     for name in run.log.outputs:
         a, b = motion(run.log, name, np.stack([run.log.outputs[name], run.simulated[name]]))
-        if np.nansum(a**2) > COMPARABLE * np.nansum(b[np.isfinite(a)] ** 2) > 0.0:
-            return True
-    return False
+        found.append((float(np.nansum(a**2)), float(np.nansum(b[np.isfinite(a)] ** 2))))
+    return found

@@ -75,8 +75,10 @@ def about_units(runs: Sequence[Run]) -> list[Question]:
         small.append(abs(alike) > ALIKE and 1.0 / ABOUT < abs(times) / MILLI < ABOUT)
         if abs(alike) > ALIKE:
             if times < 0.0:
-                found.append(Question(f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"))
-            found += _about_unit(name, abs(times))
+                asked = f"{name} goes against {GIVEN}: is its sign, or that of the command, wrong?"
+                found.append(Question(f"{asked} Write sign = -1 for the wrong one in [columns]"))
+            counted = any(run.log.resolution.get(name) for run in runs)
+            found += _about_counts_per_rev(name, abs(times)) if counted else _about_unit(name, abs(times))
         if any(run.log.resolution.get(name) for run in runs):
             found += _about_edges(name, compared)
     if small and all(small):
@@ -100,6 +102,14 @@ def _about_unit(name: str, times: float) -> list[Question]:
         turn, column = f"about {2.0 * np.pi * times:.2g} to a turn", name.removesuffix("_rad") + "_counts"
         found.append(Question(f"{size}: are the readings counts, {turn}? Their column is called {column}"))
     return found
+
+
+def _about_counts_per_rev(name: str, times: float) -> list[Question]:
+    """A question about a counted output that moves at least as many times as far as simulated as degrees would make it."""
+    if times < COUNTED / ABOUT:
+        return []
+    size = f"{name} is {times:.3g} times {GIVEN}"
+    return [Question(f"{size}: is its encoder's counts_per_rev right, and the unit of the command?")]
 
 
 def _about_edges(name: str, compared: Sequence[Likeness]) -> list[Question]:

@@ -11,6 +11,7 @@ from rwjax.errors import LogError
 from rwjax.fitting.questions.ask import questions
 from tests.fitting.questions.runs import LOGS, RIG, TIME
 from tests.joints import joint, logged, servo
+from tests.systems import record, wheel
 
 ASKED = {
     "clock x10": "Divide `time_s` by 10",
@@ -58,6 +59,9 @@ def test_seconds_that_are_taken_for_thousandths_are_asked_about_though_the_run_t
     assert (
         question.startswith("square.csv and 2 more: 1000 times faster than") and "Multiply `time_s` by 1000" in question
     )
+    assert question.endswith('or take unit = "ms" from it in [columns]')
+    (question,) = questions(RIG, [replace(log, time=1e3 * log.time, origin=1e3 * log.origin) for log in LOGS])
+    assert question.endswith('Divide `time_s` by 1000, or write unit = "ms" for it in [columns]')
     rig = servo(joint())
     good = logged(rig, TIME, goal_rad=0.8 * np.sin(2.0 * TIME))
     (question,) = questions(rig, [replace(good, time=1e-3 * TIME)])
@@ -120,3 +124,13 @@ def test_a_drop_out_is_asked_about_in_place_of_the_command() -> None:
         LOGS[1], outputs={"yaw_rad": np.where(lost, LOGS[1].outputs["yaw_rad"][599], LOGS[1].outputs["yaw_rad"])}
     )
     assert questions(RIG, [LOGS[0], hangs, LOGS[2]]) == []
+
+
+def test_a_fraction_taken_for_percent_is_asked_about_in_place_of_its_readings() -> None:
+    rig = replace(wheel(0.0), numbers=wheel(0.0).numbers | {"drive.supply": 12.0})
+    duty = np.where(TIME < 0.6, 0.0, 0.5 * np.sign(np.sin(2.0 * TIME)))
+    angle = np.asarray(simulate(rig, TIME, {"duty": duty})["wheel_rad"])
+    good = record(TIME, duty, {"wheel_rad": angle}, resolution={"wheel_rad": 2.0 * np.pi / 1024}, input="duty")
+    assert questions(rig, [good]) == []
+    (question,) = questions(rig, [replace(good, command=0.01 * duty)])
+    assert "the command never passes 0.5 % of full power" in question and "counts" not in question

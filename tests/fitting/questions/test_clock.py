@@ -25,7 +25,13 @@ def in_true_time(runs: Sequence[Run], factor: float) -> Callable[[float], list[R
     return lambda tried: right if np.isclose(tried, factor) else still
 
 
-@pytest.mark.parametrize(("factor", "says"), [(0.1, "Divide `time_s` by 10"), (10.0, "Multiply `time_s` by 10")])
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
+        (0.1, "Divide `time_s` by 10, or write scale = 0.1 for it in [columns]"),
+        (10.0, "Multiply `time_s` by 10, or write scale = 10 for it in [columns]"),
+    ],
+)
 def test_a_clock_ten_times_too_fast_or_too_slow_is_asked_about(factor: float, says: str) -> None:
     runs = wrong(factor)
     ((question, logs),) = about_clock(runs, in_true_time(runs, factor)).items()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.fitting.questions.command import about_other_runs, about_pulses, as_pulses
+from rwjax.fitting.questions.command import about_fractions, about_other_runs, about_pulses, as_pulses
 from rwjax.fitting.questions.likeness import Run
 from rwjax.logs.log import Log
 from tests.fitting.questions.runs import LOGS, beside
@@ -79,3 +79,29 @@ def test_a_rig_that_the_model_does_not_describe_but_its_command_drives_is_not_as
 def test_a_rig_that_hardly_moves_may_stick_and_is_not_asked_about() -> None:
     log = replace(LOGS[0], outputs={name: 0.1 * y[::-1] for name, y in LOGS[0].outputs.items()})
     assert about_other_runs([Run(log, LOGS[0].outputs), *(beside(log) for log in LOGS[1:])], ()) == []
+
+
+@pytest.mark.parametrize("supplied", [False, True])
+def test_a_fraction_that_is_taken_for_percent_is_asked_about(supplied: bool) -> None:
+    """The rig's command is a duty of up to a third at 12 V, which a hundredth of it moves a hundredth as far."""
+
+    def taken(log: Log, times: float) -> Log:
+        duty = times * log.command / 12.0
+        if supplied:
+            return replace(log, command=12.0 * duty, supply=np.full(len(duty), 12.0))
+        return replace(log, command=duty, input="duty")
+
+    def runs(times: float) -> list[Run]:
+        simulated = (beside(commanded(log, times * log.command)).simulated for log in LOGS)
+        return [Run(taken(log, times), found) for log, found in zip(LOGS, simulated, strict=True)]
+
+    (question,) = about_fractions(runs(0.01))
+    assert question.startswith("square.csv and 2 more: the command never passes 0.33 % of full power")
+    assert "is it a fraction of 1, and not percent?" in question
+    assert about_fractions(runs(1.0)) == []
+    small = [run._replace(log=replace(run.log, outputs=dict(run.simulated))) for run in runs(0.01)]
+    assert about_fractions(small) == []  # the readings are what so small a command gives
+
+
+def test_of_a_command_whose_full_power_is_not_known_no_share_is_asked_about() -> None:
+    assert about_fractions([Run(commanded(log, 1e-3 * log.command), beside(log).simulated) for log in LOGS]) == []

@@ -25,7 +25,7 @@ def log(factor: float) -> Log:
 @pytest.mark.parametrize(
     ("factor", "says"),
     [
-        (-1.0, "is its sign"),
+        (-1.0, "is its sign, or that of the command, wrong? Write sign = -1 for the wrong one in [columns]"),
         (180.0 / np.pi, 'in degrees? Write unit = "deg" in [columns], or divide them by 57.296'),
         (2048 / (2.0 * np.pi), "are the readings counts, about 1.7e+03 to a turn? Their column is called yaw_counts"),
         (1e-3, "is the command in mV?"),
@@ -92,3 +92,9 @@ def test_a_rig_that_sticks_in_one_run_is_not_asked_about_and_a_dead_sensor_is() 
 def test_dry_friction_that_leaves_a_quarter_of_some_motions_is_no_question_of_edges() -> None:
     runs = [Run(counted(factor), {"yaw_rad": YAW}) for factor in (0.17, 0.27, 0.5)]
     assert about_readings(runs) == []
+
+
+def test_what_already_is_counts_is_not_said_to_be_counts() -> None:
+    (question,) = about_readings([Run(counted(120.0), {"yaw_rad": YAW})])
+    assert "is its encoder's counts_per_rev right, and the unit of the command?" in question
+    assert "called yaw_counts" not in question
