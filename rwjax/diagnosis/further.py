@@ -108,21 +108,17 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
                 return _so_far(judged, search, choice, followed=not visible)
             held = _holding(judged, search, further, followed=not visible)
             if held.claim is None and choice.best.names and choice.best != further.best:
-                held = _first_of_two(_by_what_was_tried(judged, search, choice.best, followed=not visible), held)
+                first = search.chosen(choice.best, search.rivals(choice.best))
+                held = _first_of_two(_holding(judged, search, first, followed=not visible), held)
             return held if held.claim else replace(held, choice=choice)
     except Stopped:
         return Further(judged.anew(), choice, ended=True)
 
 
-def _by_what_was_tried(judged: Judged, search: FurtherSearch, best: Hypothesis, *, followed: bool) -> Further:
-    """What holds of a set beside all that a search has tried."""
-    return _holding(judged, search, search.chosen(best, search.rivals(best)), followed=followed)
-
-
 def _so_far(judged: Judged, search: FurtherSearch, choice: Choice, *, followed: bool) -> Further:
-    """What holds where the budget has ended the search that went on from a choice: of what leads by then, else of the choice."""
-    for best in dict.fromkeys([search.ahead(choice.best), choice.best]):
-        held = _by_what_was_tried(judged, search, best, followed=followed)
+    """What holds where the budget has ended the search that went on from a choice: of what no rival had surpassed by then."""
+    if search.settled is not None:
+        held = _holding(judged, search, search.settled, followed=followed)
         if held.claim:
             return replace(held, ended=True)
     return Further(judged.anew(), choice, ended=True)

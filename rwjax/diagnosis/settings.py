@@ -173,7 +173,7 @@ class PartialSettings:
     )
     kept: float = _limit(
         0.2,
-        "share of the budget that is kept to judge the names found first where the search for what stands beside them does not end",
+        "share of the budget that is kept to judge the names that lead where the search for what stands beside them does not end",
     )
 
 

@@ -87,15 +87,16 @@ def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeyp
     assert (found.verdict, found.complete) == ("unknown", False)  # nor in part
 
 
-@pytest.mark.parametrize("holds", [True, False])
-def test_where_the_budget_ends_the_search_for_more_what_holds_of_the_first_names_is_claimed(
-    holds: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("settled", "holds"), [(True, True), (True, False), (False, False)])
+def test_where_the_budget_ends_the_search_for_more_what_holds_of_a_settled_choice_is_claimed(
+    settled: bool, holds: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def ended(self: FurtherSearch, begin: Hypothesis) -> Choice:
+        self.settled = self.chosen(begin, self.rivals(begin)) if settled else None
         raise Stopped
 
     monkeypatch.setattr(FurtherSearch, "go_on", ended)
-    if not holds:
+    if settled and not holds:
         monkeypatch.setattr("rwjax.diagnosis.further.claimed", lambda search, choice: Holding(None, {}))
     logs = [run_of(k, TRUTH[DRY], disturbed=0.05) for k in range(3)]
     found = diagnose(RIG, logs, only=["axis.coulomb", "axis.spring"])

@@ -22,11 +22,13 @@ class FurtherSearch(Search):
 
     Attributes:
         by_runs: the comparison, which knows left-out runs.
+        settled: the choice that no rival has surpassed so far, None before there is one.
     """
 
     def __init__(self, fits: ModelFits, candidates: Sequence[str]) -> None:
         self.by_runs = ComparisonByRuns(fits)
         super().__init__(fits, candidates, self.by_runs)
+        self.settled: Choice | None = None
 
     def go_on(self, begin: Hypothesis) -> Choice:
         """Goes on from what was chosen, or from what was tried and leads in its place.
@@ -41,13 +43,14 @@ class FurtherSearch(Search):
         Returns:
             The choice, with what was tried.
         """
-        begin = self.ahead(begin)
+        begin = self._ahead(begin)
         forward = self.forward(begin, self.limits.most_names_further) if begin.names else begin
         best, rivals = self._settled(forward)
+        self.settled = self.chosen(best, rivals)
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             self._look_beside_leading_names(best)
-            ahead = self.ahead(best)
+            ahead = self._ahead(best)
             best, rivals = self.given_way(best) if ahead == best else self._settled(ahead)
         return self.chosen(best, rivals)
 
@@ -66,19 +69,13 @@ class FurtherSearch(Search):
     def _settled(self, best: Hypothesis) -> tuple[Hypothesis, list[Hypothesis]]:
         """What no rival surpasses, from a larger set that was among the rivals where that is needed; and its rivals."""
         best, rivals = self.exchanged(best)
-        ahead = self.ahead(best)
+        ahead = self._ahead(best)
         return (best, rivals) if ahead == best else self.exchanged(ahead)
 
-    def ahead(self, best: Hypothesis) -> Hypothesis:
+    def _ahead(self, best: Hypothesis) -> Hypothesis:
         """What was tried and leads in the place of a choice: a larger set that is needed, or one of no more names that surpasses it.
 
         Among the rivals of a law are larger sets, its special case beside another name, which no exchange of one name leads to.
-
-        Args:
-            best: the choice.
-
-        Returns:
-            What leads; the choice where nothing does.
         """
         compare, size = self.by_runs, len(best.names)
         larger = self._tried(best, size + 1, self.limits.most_names_further)
