@@ -83,6 +83,7 @@ def test_a_wheel_that_turns_the_other_way_beforehand_goes_further() -> None:
     assert float(found.best.angle[-1]) == pytest.approx(np.radians(90.0), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_an_angle_beyond_what_friction_leaves_of_the_momentum_is_said_with_it() -> None:
     friction = 0.02
     reach = np.degrees((J * TOP) ** 2 / (2.0 * I * friction))

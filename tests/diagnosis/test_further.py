@@ -135,7 +135,7 @@ def of_a_drive_that_lags(early: float) -> list[Log]:
     return logs
 
 
-@pytest.mark.parametrize("early", [0.0, 1e-3])
+@pytest.mark.parametrize("early", [pytest.param(0.0, marks=pytest.mark.slow), 1e-3])
 def test_a_law_of_fewer_numbers_that_leaves_as_little_stands_beside_the_choice_whatever_the_evidence(
     early: float,
 ) -> None:

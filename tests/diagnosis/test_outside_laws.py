@@ -57,7 +57,10 @@ OTHERS = {  # two names, and the laws that pass for them
 }
 
 
-@pytest.mark.parametrize("truth", OTHERS)
+SOON = "axis.growing_inertia"
+
+
+@pytest.mark.parametrize("truth", [pytest.param(e, marks=[] if e == SOON else [pytest.mark.slow]) for e in OTHERS])
 def test_so_do_an_inertia_and_a_friction_that_change_with_the_motion(truth: str) -> None:
     name, law = (MISSED, INERTIA) if truth in (*MISSED.names, *INERTIA.names) else (DRIFT, WORKED)
     t, logs = np.arange(801) * 0.01, []

@@ -75,6 +75,7 @@ def test_a_wheel_whose_friction_turns_and_holds_it_gives_the_axis_its_momentum()
     assert whole == pytest.approx(np.full(len(t), whole[0]), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_smooth_friction_and_the_reference_know_it_too() -> None:
     rig, (p, w_0) = platform("coulomb = 0.05"), INERTIA["axis.growing_inertia"].values()
     structure = structure_of(rig).with_effects("axis.growing_inertia")

@@ -38,6 +38,7 @@ def test_the_yardstick_is_called_with_the_same_arguments() -> None:
     assert lowering.by_xla(divmod)(7, 3) == (2, 1)
 
 
+@pytest.mark.slow
 def test_a_batch_of_free_runs_is_the_runs_one_by_one() -> None:
     added = free_runs.FRICTIONS["Stribeck friction"]
     problem, theta = free_runs.lanes(3.0, added)

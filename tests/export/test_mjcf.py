@@ -104,6 +104,7 @@ def test_the_control_of_a_servo_is_its_goal() -> None:
     assert off_by(rig, 0.5 * np.sign(np.sin(3.0 * TIME)), "goal_rad") < 1e-2
 
 
+@pytest.mark.slow
 def test_the_number_of_a_clipped_duty_is_how_far_the_played_model_is_off() -> None:
     rig = servo(joint(drive__supply=12.0, axis__friction__coulomb=0.05), "duty", kp=2.5, period=0.001)
     rig = replace(rig, effects={"axis.spring": {"k": 0.5, "T_0": 0.0, "k_3": 0.3}})

@@ -117,7 +117,7 @@ def test_a_neutral_pulse_off_the_middle_is_said_where_it_is_what_limits_the_runs
         assert max(run.experiment.most_volts for run in runs) <= (volts or 6.0)
 
 
-@pytest.mark.parametrize("travel", [{}, {"yaw_rad": 0.5}])
+@pytest.mark.parametrize("travel", [{}, pytest.param({"yaw_rad": 0.5}, marks=pytest.mark.slow)])
 def test_a_run_that_came_out_as_another_one_is_left_out_and_said(travel: dict[str, float]) -> None:
     rig = read_rig(DEMO.parents[1] / "thesis" / "yaw.toml")
     runs, remarks = recommend(rig, envelope(rig, 12.0, {"wheel_rad_s": 314.0, **travel}))
