@@ -63,21 +63,25 @@ class Budget:
         return 0.0 if self.stopped else max(self.seconds - kept - (self._clock() - self._begun), 0.0)
 
     @contextmanager
-    def searching(self, kept: float = 0.0) -> Iterator[None]:
+    def searching(self) -> Iterator[None]:
         """What the budget limits. Outside of it `check` does nothing: the answer itself is always worked out.
-
-        Args:
-            kept: share of the whole budget that is kept for a further search, which judges what this one has come to [1].
 
         Yields:
             Nothing.
         """
         self._searched = self._searching = True
-        self._kept = kept * self.seconds if kept and math.isfinite(self.seconds) else 0.0
         try:
             yield
         finally:
             self._searching, self._kept = False, 0.0
+
+    def keep(self, share: float) -> None:
+        """Keeps a part of the budget for a further search, which judges what the one under way has come to: that one ends sooner.
+
+        Args:
+            share: the part, of the whole budget [1]; of one without a limit nothing is kept.
+        """
+        self._kept = share * self.seconds if math.isfinite(self.seconds) else 0.0
 
     def check(self) -> None:
         """Ends the search where the budget has ended.

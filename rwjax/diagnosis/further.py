@@ -96,7 +96,7 @@ def _gone_on(judged: Judged, choice: Choice, names: Sequence[str]) -> Further:
     search, budget = FurtherSearch(fits, names), fits.headway.budget
     more = compare.leaves_something(choice.best)
     try:
-        with budget.searching(kept=fits.settings.partial.kept):
+        with budget.searching():
             if more:
                 fits.free_starts_of_what_leads()
             further = search.go_on(choice.best) if more else choice

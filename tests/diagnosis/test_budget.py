@@ -37,8 +37,9 @@ def test_the_clock_ends_a_search_and_nothing_else() -> None:
 def test_what_is_kept_of_a_budget_is_left_for_the_next_search_and_not_for_threads_of_the_first() -> None:
     clock = Clock()
     budget = Budget(10.0, clock)
-    with budget.searching(kept=0.3):
+    with budget.searching():
         clock.now += 6.0
+        budget.keep(0.3)
         budget.check()
         assert budget.left == 4.0
         end_first = budget.ending()
@@ -52,8 +53,11 @@ def test_what_is_kept_of_a_budget_is_left_for_the_next_search_and_not_for_thread
         budget.ending()()
         with pytest.raises(Stopped):
             end_first()
-    with Budget(clock=clock).searching(kept=0.3):  # of no limit nothing is kept
+    endless = Budget(clock=clock)
+    with endless.searching():
+        endless.keep(0.3)  # nothing of no limit
         clock.now += 1e9
+        endless.check()
 
 
 def test_who_asks_before_the_search_has_no_answer_to_come_and_who_asks_later_has() -> None:

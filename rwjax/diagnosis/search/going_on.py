@@ -47,6 +47,7 @@ class FurtherSearch(Search):
         forward = self.forward(begin, self.limits.most_names_further) if begin.names else begin
         best, rivals = self._settled(forward)
         self.settled = self.chosen(best, rivals)
+        self.fits.headway.budget.keep(self.fits.settings.partial.kept)
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             self._look_beside_leading_names(best)
