@@ -93,7 +93,7 @@ class Budget:
             _ended(self._left(self._kept))
 
     def ending(self) -> Callable[[], None]:
-        """What ends work for this search on another thread, also after the search itself has left.
+        """What ends work for this search on another thread, also after the search itself has left; the search's own thread asks for it.
 
         Returns:
             A function that raises `Stopped` where this search's part of the budget has ended.

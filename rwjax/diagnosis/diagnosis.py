@@ -181,18 +181,18 @@ def _corrected(rig: Rig, named: Hypothesis, found: Fit, spread: Uncertainty) -> 
 
 def _of_the_answer(further: Further, outcome: _Outcome) -> list[str]:
     """Remarks on how the search ended, and on what is claimed."""
-    return [*_ended(further), *_evidence(further.choice, outcome), *_wrong(outcome)]
+    return [*_ended(further, outcome), *_evidence(further.choice, outcome), *_wrong(outcome)]
 
 
-def _ended(further: Further) -> list[str]:
+def _ended(further: Further, outcome: _Outcome) -> list[str]:
     """The remark on a search that did not come to its end."""
     choice, headway = further.choice, further.judged.fits.headway
     if further.complete:
         return []
     budget, led = headway.budget, f"; best until then was {headway.best}" if headway.best else ""
     why = "an interruption" if budget.stopped else f"the budget of {budget.seconds:g} s"
-    if further.claim:
-        return [went_no_further(further.claim.named.names, why, led)]
+    if outcome.verdict in CLAIMS:
+        return [went_no_further(outcome.named.names, why, led)]
     if choice.complete:
         names = " and ".join(map(spoken, choice.best.names)) or "the rig as it is"
         return [
@@ -267,8 +267,8 @@ def _how_far(further: Further) -> _Outcome:
     verdict, named = judge(choice, gaps, judged.signal, settings.verdict), best
     if not further.answers or (further.refused and not further.claim):
         verdict = "unknown"
-    elif verdict == "unknown" and further.claim and closes:
-        verdict = "partial"
+    elif further.claim and (verdict == "unknown" or further.ended):  # of a search that was ended no more than a part
+        verdict = "partial" if closes else "unknown"
     elif verdict == "effect" and further.claim and further.claim.alternatives:
         verdict = "ambiguous"
         choice = replace(choice, alternatives=further.claim.alternatives, equivalents=further.claim.equivalents)
@@ -307,7 +307,7 @@ def _left(judged: Judged, outcome: _Outcome) -> Left:
     fits, named = judged.fits, outcome.named
     signal = left_elsewhere(outcome.gaps, judged.signal, fits.settings.verdict) or judged.signal
     gap = outcome.gaps[signal]
-    share = (gap.after**2 - gap.floor**2) / (gap.before**2 - gap.floor**2)
+    share = max(gap.after**2 - gap.floor**2, 0.0) / (gap.before**2 - gap.floor**2)
     shares = further_laws(fits, named)
     where = locate(fits(named), fits.train, shares, None, fits.settings.localisation, deep=False)
     most = fits.settings.report.windows

@@ -4,7 +4,7 @@ Exact derivatives through short windows follow a narrow valley of the cost where
 before which whole runs end.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -39,7 +39,7 @@ def fit_exactly(fits: ModelFits, hypotheses: Iterable[Hypothesis]) -> None:
     fits.fitted_exactly |= dict.fromkeys(wanted, by_start_rule)
     problems = [fits.training(f.problem.structure) for f in begun]
     most = fits.settings.halving.behind * fits.least(fits)
-    trial = partial(_exactly, fits, most=most)
+    trial = partial(_exactly, fits, most=most, check=fits.headway.budget.ending())
     found = dict(zip(wanted, on_threads(trial, problems, begun), strict=True))
     fits.keep(found)
     near = [e for e in wanted if found[e].cost <= most and not fits.ended(e)]
@@ -82,13 +82,10 @@ def _within_windows(fits: ModelFits, hypothesis: Hypothesis) -> bool:
     return structure_for(fits.rig, hypothesis).longest_encoder_delay <= fits.problem.structure.longest_encoder_delay
 
 
-def _exactly(fits: ModelFits, problem: Problem, begun: Fit, most: float) -> Fit:
+def _exactly(fits: ModelFits, problem: Problem, begun: Fit, most: float, check: Callable[[], None]) -> Fit:
     """A fit after a few trial steps by exact derivatives, and carried to its end where they leave at most so much."""
     nodes, c = measured_nodes(problem, begun.theta), begun.coordinates
-    least, steps = (
-        partial(least_squares, problem, c, check=fits.headway.budget.ending()),
-        fits.settings.fitting.trial_steps,
-    )
+    least, steps = partial(least_squares, problem, c, check=check), fits.settings.fitting.trial_steps
     found = least(begun.theta, start=begun.start, nodes=nodes, most_steps=steps)
     found = found if found.cost > most else least(found.theta, start=found.start)
     fits.headway.advance(fits.settings.headway.exact)

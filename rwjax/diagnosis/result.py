@@ -164,7 +164,7 @@ class Diagnosis:
     def _among(self, said: str) -> str:
         """A sentence that claims something, with the candidates among which it does, and whether the search went on to its end."""
         if self.verdict in CLAIMS:
-            said = said if self.complete else f"{said[:-1]}; the search for it was ended."
+            said = said if self.complete else f"{said[:-1]}; the search for the rest was ended."
             return f"{said[:-1]}; only the candidates asked for were compared." if self.restricted else said
         return said
 

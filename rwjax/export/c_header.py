@@ -17,6 +17,11 @@ from rwjax.rig.model import Rig
 TEMPLATE = "feed_forward.h.j2"
 
 
+NO_FUNCTION = "no function of the rate or the command is written for it"
+NO_DUTY = "its numbers are in volts, and without `drive.supply` no duty is known for them"
+"""Why an effect is left out."""
+
+
 class Term(NamedTuple):
     """A term of the friction's level while the axis slides.
 
@@ -46,11 +51,12 @@ def c_header(rig: Rig) -> Exported:
         raise RigError(f"kind `{rig.kind}` has no friction of one axis to feed forward{more}")
     order = [name for name in of_kind(rig.kind) if name in rig.effects]
     steps = [(name, text) for name in reversed(order) if (text := BY_NAME[name].c_command(rig.effects[name]))]
+    undone = {name for name, _ in steps}
     if steps and _given(rig) == "duty":
         steps = _in_volts(steps, rig.numbers.get("drive.supply"))
     levels = [Term(text, name) for name in order if (text := BY_NAME[name].c_level(rig.effects[name]))]
     held = {*(name for name, _ in steps), *(term.meaning for term in levels)}
-    left = {name: "no function of the rate or the command is written for it" for name in order if name not in held}
+    left = {name: NO_DUTY if name in undone else NO_FUNCTION for name in order if name not in held}
     if lacking := _lacking(rig):
         left[f"{_identifier(rig.name)}_friction_command"] = f"without `{lacking}` no command is known for a torque"
     text = rendered(

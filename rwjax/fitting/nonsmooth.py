@@ -20,7 +20,7 @@ SPANS = (0.03, 0.01, 0.003)
 MOST_STEPS = 12
 """Secant steps at most."""
 TOLERANCE = 1e-3
-"""Share of the cost below which a step's gain leads to the next span [1]."""
+"""Share of the cost below which a step's gain leads to the next span, and up to which a number without trace stays where it is [1]."""
 ELSEWHERE = (-1.0, -0.9, -0.75, -0.5, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0)
 """Shares of itself by which a number without trace is moved where a fit is tried anew; half as far in every further round [1]."""
 STEPS_ELSEWHERE, ROUNDS = 2, 4
@@ -102,7 +102,7 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
             for theta in (_with(found.theta, k, (1.0 + m / 2**turn) * float(found.theta[k])) for m in ELSEWHERE)
         ]
         best = min(tried, key=lambda f: f.cost, default=found)
-        if best.cost < found.cost:
+        if found.cost - best.cost > TOLERANCE * max(best.cost, 1.0):  # else another step of its stairs is as good
             rest = least_squares(problem, c, best.theta, start=best.start, check=check)
             found = replace(rest, steps=rest.steps + best.steps + found.steps)
     for k in _without_trace(found):

@@ -96,8 +96,8 @@ def _guessed(text: str) -> Iterator[str]:
     """Dotted names of the keys that a comment behind them calls a guess."""
     section = ""
     for line in text.splitlines():
-        if header := re.match(r"\s*\[([\w.]+)\]", line):
-            section = f"{header[1]}."
+        if header := re.match(r"\s*\[([\w.\s\"'-]+)\]", line):  # as of `[effects."drive.deadzone"]`
+            section = re.sub(r"[^\w.-]", "", header[1]).removeprefix("effects.") + "."
         elif key := re.match(r"\s*([\w.]+)\s*=[^#]*#.*\ba guess\b", line):
             yield f"{section}{key[1]}"
 

@@ -1,14 +1,20 @@
 """Fits by exact derivatives."""
 
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
+from rwjax.diagnosis.budget import Budget, Stopped
 from rwjax.diagnosis.exact_fits import fit_exactly, polish
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
 from rwjax.fitting.batched_runs import together
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.problem import Problem
 from rwjax.fitting.secant import residuals
 from tests.diagnosis.simulated import fits_of, moved_to, true_log
 from tests.systems import platform
@@ -60,3 +66,23 @@ def test_a_fit_by_exact_derivatives_holds_the_residual_of_its_free_runs(effect: 
     assert {name: found.numbers()[f"{effect}.{name}"] for name in numbers} == pytest.approx(numbers, rel=0.05)
     before = found.cost
     assert polish(fits, named).cost <= before and fits.ended(named)
+
+
+def test_what_threads_begin_after_the_search_has_left_ends_with_that_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, named, now = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",)), [0.0]
+    budget, left = Budget(10.0, lambda: now[0]), []
+
+    def late(trial: Callable[..., Fit], problems: Sequence[Problem], begun: Sequence[Fit]) -> list[Fit]:
+        left.append(partial(trial, problems[0], begun[0]))
+        raise Stopped
+
+    fits = fits_of(rig, true_log(rig, **{"axis.coulomb": {"M_c": 0.05}}))
+    fits.headway.budget = budget
+    SuccessiveHalving(fits).fit([named], NOTHING)
+    monkeypatch.setattr("rwjax.diagnosis.exact_fits.on_threads", late)
+    with suppress(Stopped), budget.searching():
+        budget.keep(0.5)
+        fit_exactly(fits, [named])
+    now[0] += 6.0
+    with budget.searching(), pytest.raises(Stopped):
+        left[0]()

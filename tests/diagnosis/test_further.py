@@ -18,6 +18,7 @@ from rwjax.diagnosis.partial import Claim, Holding
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import ForwardBackward
 from rwjax.diagnosis.search.going_on import FurtherSearch
+from rwjax.diagnosis.settings import PartialSettings, Settings
 from rwjax.logs.log import Log
 from tests.diagnosis.several_runs import RIG, TIME, run_of
 from tests.systems import platform, record, run, wheel
@@ -104,10 +105,30 @@ def test_where_the_budget_ends_the_search_for_more_what_holds_of_a_settled_choic
     assert found.verdict == ("partial" if holds else "unknown")
     told = "ended the search for what is missing beside dry friction" if holds else "and nothing is"
     assert any(told in remark for remark in found.remarks)
-    assert ("; the search for it was ended" in found.sentence) == holds
+    assert ("; the search for the rest was ended" in found.sentence) == holds
     assert found.sentence.startswith("Only in part" if holds else "Unfinished")
     assert found.next_experiment.startswith("none before the search has come to its end")
     assert [rung.names for rung in found.waterfall] == [(), DRY.names]
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_search_that_was_ended_claims_no_more_than_a_part_and_says_of_none_that_it_holds(
+    closes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The held-out runs are explained, and the fitted ones keep a visible part; or what holds closes too little."""
+
+    def ended(self: FurtherSearch, begin: Hypothesis) -> Choice:
+        self.settled = self.chosen(begin, self.rivals(begin))
+        raise Stopped
+
+    monkeypatch.setattr(FurtherSearch, "go_on", ended)
+    monkeypatch.setattr("rwjax.diagnosis.further.ModelComparison.leaves_visible", lambda self, e: True)
+    monkeypatch.setattr("rwjax.diagnosis.further.ModelComparison.leaves_something", lambda self, e: True)
+    settings = Settings() if closes else Settings(partial=PartialSettings(closes=2.0))
+    found = diagnose(RIG, [run_of(k, TRUTH[DRY]) for k in range(3)], only=["axis.coulomb"], settings=settings)
+    assert (found.verdict, found.complete) == ("partial" if closes else "unknown", False)
+    assert any("which holds by what was compared" in remark for remark in found.remarks) == closes
+    assert (found.left is not None and 0.0 <= found.left.share < 0.01) == closes
 
 
 @pytest.mark.parametrize("no", ["", "far", "unsure", "still"])

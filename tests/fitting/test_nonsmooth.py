@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from rwjax.fitting.coordinates import coordinates
 from rwjax.fitting.multiple_shooting import least_squares
 from rwjax.fitting.nonsmooth import beyond_stairs, leaves_no_trace, past_ridges, secant_steps, sticks
 from rwjax.fitting.problem import pose
-from rwjax.plant.from_rig import structure_of
+from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from tests.fitting.heavier import believed_heavier
 from tests.fitting.logs import log_of
 from tests.fitting.moving_runs import STEP_OF_COMMAND, starting_with_a_jump, with_jump
-from tests.systems import platform
+from tests.systems import platform, record, run
 
 
 def test_secant_steps_heed_a_prior() -> None:
@@ -64,3 +65,18 @@ def test_a_fit_whose_numbers_all_leave_a_trace_stays_what_it_is() -> None:
     smooth, moves, theta = believed_heavier()
     found = least_squares(smooth, moves, theta)
     assert beyond_stairs(found) is found
+
+
+@pytest.mark.parametrize("limit", [30.0, 1e6])
+def test_a_number_of_which_the_logs_tell_nothing_stays_though_the_other_numbers_settle_further(limit: float) -> None:
+    """A limit far above all commands, beside a drag that the rig does not have."""
+    rig, t = platform("viscous = 0.02"), 0.01 * np.arange(600)
+    log = record(t, np.where(t > 0.6, np.sign(np.sin(2.0 * t)) + 0.3 * np.sin(5.0 * t), 0.0))
+    y = run(rig, log, {}, effects={"axis.quadratic_drag": {"c": 0.02}})["yaw_rad"]
+    structure = structure_of(rig).with_effects("drive.saturation")
+    problem = pose(structure, [record(t, log.command, {"yaw_rad": y})], {"yaw_rad": 1e-3})
+    free = np.isin(structure.names, ("axis.inertia", "axis.friction.viscous", "drive.saturation.u_m"))
+    theta = np.where(np.array(structure.names) == "drive.saturation.u_m", limit, theta_of(rig, structure))
+    moves = coordinates(theta, free, bounds_of(rig, structure), np.maximum(np.abs(theta), 0.01))
+    found = least_squares(problem, moves, theta)
+    assert leaves_no_trace(found) and beyond_stairs(found).numbers()["drive.saturation.u_m"] == limit

@@ -53,6 +53,14 @@ def test_a_corrected_rig_that_is_not_claimed_says_so_and_can_be_read(
     assert f"# caution: {said}" in page and "Numbers of what is named" not in page
 
 
+def test_a_part_that_is_claimed_of_a_search_that_was_ended_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draws_one_figure(monkeypatch)
+    page = write_report(diagnosed(verdict="partial", complete=False), tmp_path).read_text()
+    assert "Numbers of what is named" in page and "no claim" not in page
+
+
 def test_a_rig_file_that_was_not_sure_before_stays_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     draws_one_figure(monkeypatch)
     found = diagnosed()

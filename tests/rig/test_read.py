@@ -150,3 +150,14 @@ def test_a_key_is_guessed_where_the_comment_behind_it_says_so() -> None:
     text = 'kind = "platform"\ndrive.gain = 0.4   # a guess\n[axis]\n# inertia = 0.2   # a guess\ninertia = 0.1   # kg m2: a guess, or a scale\n'
     text += '[axis.friction]\nviscous = 0.0   # no guesswork\n[columns]\nyaw_rad = "a guess"\n'
     assert parse_rig(text).guessed == ("drive.gain", "axis.inertia")
+
+
+@pytest.mark.parametrize("header", ['[effects."drive.deadzone"]', "[ axis ]"])
+def test_a_guess_is_of_the_section_that_it_stands_in_however_that_is_written(header: str) -> None:
+    rig = 'kind = "joint"\n[motor]\ntorque_constant = 0.1\nresistance = 1.0\n{}[drive.servo]\nacts_on = "voltage"\nkp = 2.0\n{}'
+    if header == "[ axis ]":
+        text, key = rig.format("", f"{header}\ninertia = 0.1   # a guess\n"), "axis.inertia"
+    else:
+        section = f"{header}\nu_0 = 0.5   # a guess\nj = 0.0\n"
+        text, key = rig.format("[axis]\ninertia = 0.1\n", section), "drive.deadzone.u_0"
+    assert parse_rig(text).guessed == (key,)

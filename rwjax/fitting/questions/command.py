@@ -17,6 +17,7 @@ from rwjax.fitting.questions.likeness import (
     names_of,
 )
 from rwjax.logs.log import Log
+from rwjax.logs.noise import noise_by_output
 
 PERCENT = 0.01
 """Share of full power that a fraction of 1 never passes where it is taken for percent [1]."""
@@ -197,8 +198,9 @@ def _moves_enough(run: Run) -> bool:
 
 
 def _moves_beyond(run: Run, times: float) -> bool:
-    """Whether the square of every reading's motion is more than so many times that of the simulated one."""
-    return all(own > times * given for own, given in _squares(run))
+    """Whether the square of every reading's motion is more than so many times that of the simulated one, and of its noise."""
+    least = (2.0 * len(run.log.time) * noise**2 for noise in noise_by_output(run.log).values())
+    return all(own > times * max(given, none) for (own, given), none in zip(_squares(run), least, strict=True))
 
 
 def _squares(run: Run) -> list[tuple[float, float]]:

@@ -103,5 +103,15 @@ def test_a_fraction_that_is_taken_for_percent_is_asked_about(supplied: bool) -> 
     assert about_fractions(small) == []  # the readings are what so small a command gives
 
 
+def test_a_rig_that_so_small_a_command_leaves_at_rest_is_not_asked_about() -> None:
+    """Beside a simulation at rest every noise is large."""
+    rng, still = np.random.default_rng(0), np.zeros(len(LOGS[0].time))
+    noise = {name: 1e-3 * rng.normal(size=len(still)) for name in LOGS[0].outputs}
+    log = replace(LOGS[0], command=1e-3 * LOGS[0].command, input="duty", outputs=noise)
+    assert about_fractions([Run(log, dict.fromkeys(noise, still))]) == []
+    moved = {name: y + LOGS[0].outputs[name] for name, y in noise.items()}
+    assert about_fractions([Run(replace(log, outputs=moved), dict.fromkeys(noise, still))])
+
+
 def test_of_a_command_whose_full_power_is_not_known_no_share_is_asked_about() -> None:
     assert about_fractions([Run(commanded(log, 1e-3 * log.command), beside(log).simulated) for log in LOGS]) == []
