@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rwjax.effects.library import dry_numbers
+from rwjax.effects.library import dry_numbers, null_of_optional
 from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.problem import Problem
@@ -83,8 +83,8 @@ def _without_trace(found: Fit) -> list[int]:
 def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
     """The best of a fit and of those that begin with a number without trace elsewhere.
 
-    The cost is a staircase in such a number: no slope leads to another step of it, and the other numbers have settled on this one. Where it
-    may as well be 0, it is.
+    The cost is a staircase in such a number: no slope leads to another step of it, and the other numbers have settled on this one. Where
+    one of an effect's form may as well have its null, it has; every other one that nothing tells stays what it is.
 
     Args:
         found: A fit with its derivatives.
@@ -106,8 +106,12 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
             rest = least_squares(problem, c, best.theta, start=best.start, check=check)
             found = replace(rest, steps=rest.steps + best.steps + found.steps)
     for k in _without_trace(found):
-        null = least_squares(problem, c, _with(found.theta, k, 0.0), start=found.start, most_steps=0, check=check)
-        found = replace(null, converged=found.converged, steps=found.steps) if null.cost <= found.cost else found
+        if (null := null_of_optional(problem.names[k].partition(" ")[0])) is not None:
+            at_null = least_squares(
+                problem, c, _with(found.theta, k, null), start=found.start, most_steps=0, check=check
+            )
+            if at_null.cost <= found.cost:
+                found = replace(at_null, converged=found.converged, steps=found.steps)
     return found
 
 

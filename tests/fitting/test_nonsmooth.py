@@ -80,3 +80,16 @@ def test_a_number_of_which_the_logs_tell_nothing_stays_though_the_other_numbers_
     moves = coordinates(theta, free, bounds_of(rig, structure), np.maximum(np.abs(theta), 0.01))
     found = least_squares(problem, moves, theta)
     assert leaves_no_trace(found) and beyond_stairs(found).numbers()["drive.saturation.u_m"] == limit
+
+
+def test_a_number_that_nothing_tells_stays_what_it_is() -> None:
+    problem = starting_with_a_jump(0.1)
+    theta, _ = with_jump(problem, 0.1)
+    at = {name: k for k, name in enumerate(problem.structure.names)}
+    theta[at["drive.gain"]] = 0.0  # so that the lost command shows in no reading
+    free = np.array([name == "drive.deadzone.u_0" for name in at])
+    moves = coordinates(theta, free, bounds_of(platform(), problem.structure), np.full(len(theta), 0.25))
+    theta[at["drive.deadzone.u_0"]] = 0.2
+    begun = least_squares(problem, moves, theta)
+    assert leaves_no_trace(begun)
+    assert beyond_stairs(begun).theta[at["drive.deadzone.u_0"]] == 0.2
