@@ -115,7 +115,7 @@ class ModelFits:
         problem = pose(structure_for(rig, NOTHING), logs, unseen | noise, prior=rig.prior)
         return cls(
             rig,
-            problem,
+            replace(problem, shares_programs=True),
             tuple(train),
             Settings() if settings is None else settings,
             headway or Headway(),
@@ -349,7 +349,7 @@ class ModelFits:
             alike = self.problem.batch._replace(
                 theta_index=own.theta_index, theta_offset=own.theta_offset
             )  # free runs need no windows of their own
-            self._problems[structure] = replace(posed, batch=alike)
+            self._problems[structure] = replace(posed, batch=alike, shares_programs=True)
         return self._problems[structure]
 
     def _with_free_starts(self, structure: Structure) -> Problem:

@@ -9,7 +9,6 @@ from rwjax.fitting.multiple_shooting import Fit
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_by_output
 from rwjax.rig.model import Rig
-from rwjax.simulation.free_run import free_run
 
 
 def moves(log: Log, limits: RemarkSettings) -> bool:
@@ -59,7 +58,7 @@ def stands_still(fitted: Fit, limits: RemarkSettings) -> bool:
         True where one does.
     """
     problem = fitted.problem
-    y, _ = free_run(problem.structure, fitted.theta, fitted.start, problem.batch, solver=problem.solver)
+    y, _ = problem.free_run(fitted.theta, fitted.start)
     seen = problem.batch.weight > 0.0
     for k, name in enumerate(problem.structure.outputs):
         runs = [run[of_run] for run, of_run in zip(y[..., k], seen[..., k], strict=True) if of_run.any()]

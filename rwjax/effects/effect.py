@@ -4,8 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import ClassVar, NamedTuple
 
-import equinox as eqx
-
+from rwjax.effects.part import Part
 from rwjax.types import Scalar
 
 COORDINATES = (
@@ -67,7 +66,7 @@ class FittedRig(NamedTuple):
     numbers: Mapping[str, float]
 
 
-class Effect(eqx.Module):
+class Effect(Part):
     """A part that a plant may have. Its class holds everything that the library knows about it.
 
     The rest of the library asks these members and names no effect. Every effect sets name, label and coordinate. The

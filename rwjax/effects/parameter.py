@@ -1,10 +1,8 @@
 """A parameter's unit, bounds and null value, kept on the field that holds it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
-
-import equinox as eqx
 
 Role = Literal["effect", "reading", "choice", "form", "reference"]
 """What a number is for: `effect`, it makes the effect; `reading`, like that, but it acts on one output alone (`Effect.output_of`), and a rig
@@ -96,7 +94,7 @@ def param(
         The field.
     """
     meta = dict(unit=unit, bounds=bounds, null=null, starts=starts, scale=scale, origin=origin, tex=tex, role=role)
-    return eqx.field(metadata={"param": meta})
+    return field(metadata={"param": meta})
 
 
 def parameters(cls: type) -> dict[str, Parameter]:

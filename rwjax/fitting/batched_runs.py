@@ -15,9 +15,8 @@ import numpy as np
 
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import THREADS, pool_of_threads
-from rwjax.plant.structure import Structure
 from rwjax.simulation.free_run import free_runs
-from rwjax.simulation.shared_program import numbers_with_light_effects, with_light_effects
+from rwjax.simulation.shared_program import numbers_within
 
 BATCH = 16
 """Free runs in one call."""
@@ -62,11 +61,6 @@ class _Request:
         self.y = np.empty((self.missing, self.wanted.windows, slots, len(self.wanted.problem.structure.outputs)))
 
     @cached_property
-    def structure(self) -> Structure:
-        """Structure of the program, which other plants may share."""
-        return with_light_effects(self.wanted.problem.structure)
-
-    @cached_property
     def program(self) -> int:
         """Number of the program and the batch: runs of the same one and of the same log may share a call."""
         batch = self.wanted.problem.batch
@@ -76,14 +70,14 @@ class _Request:
     def code(self) -> int:
         """Number of the machine code, which batches of other logs may share."""
         problem = self.wanted.problem
-        return hash((self.structure, problem.solver, problem.batch.slot_step.shape))
+        return hash((problem.program, problem.solver, problem.batch.slot_step.shape))
 
     def numbers(self, run: int) -> np.ndarray:
-        """Numbers of the plant of a run in `structure` `(1, q)` [SI]."""
+        """Numbers of the plant of a run in its program `(1, q)` [SI]."""
         b, k = divmod(run, len(self.wanted.logs))
         problem, log = self.wanted.problem, self.wanted.logs[k]
         own = self.wanted.theta[b, problem.batch.theta_index[log]] + problem.batch.theta_offset[log]
-        return numbers_with_light_effects(problem.structure, own[None])
+        return numbers_within(problem.program, problem.structure, own[None])
 
     def shared(self, run: int) -> tuple[int, int, int]:
         """What runs that may share a call have in common."""
@@ -99,13 +93,12 @@ _Run = tuple[_Request, int]
 def _simulated(runs: list[_Run]) -> np.ndarray:
     """Readings of up to `BATCH` runs of one log."""
     first, run = runs[0]
-    wanted, structure = first.wanted, first.structure
+    wanted, problem = first.wanted, first.wanted.problem
     log = int(wanted.logs[run % len(wanted.logs)])
     numbers = np.concatenate([request.numbers(run) for request, run in runs])
     start = np.stack([request.wanted.start[run // len(request.wanted.logs), log] for request, run in runs])
-    own = np.arange(numbers.shape[1])[None]
-    batch = wanted.problem.batch.of(log)._replace(theta_index=own, theta_offset=np.zeros(own.shape))
-    return free_runs(structure, numbers, start, wanted.windows, batch, solver=wanted.problem.solver)
+    batch = problem.batch.of(log).with_own_numbers(numbers.shape[1])
+    return free_runs(problem.program, numbers, start, wanted.windows, batch, solver=problem.solver)
 
 
 def together(searches: Sequence[Simulating[T]], threads: int = THREADS) -> list[T]:

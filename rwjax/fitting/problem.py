@@ -14,7 +14,9 @@ from rwjax.logs.segments import runs_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.exact import EXACT
+from rwjax.simulation.free_run import free_run
 from rwjax.simulation.layout import lay_out
+from rwjax.simulation.shared_program import batch_within, with_light_effects
 from rwjax.simulation.solver import Solver
 
 
@@ -39,6 +41,8 @@ class Problem:
         prior_weight: How many readings a prior counts as [1]. It is above 1 where residuals are correlated, so that
             many readings carry the information of one.
         solver: What moves the plant through a log.
+        shares_programs: Whether its free runs take programs that plants with other light effects take, too
+            (`rwjax.simulation.shared_program`): one program takes longer then, and many plants need fewer.
     """
 
     structure: Structure
@@ -52,6 +56,7 @@ class Problem:
     prior: np.ndarray
     prior_weight: float = 1.0
     solver: Solver = EXACT
+    shares_programs: bool = False
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -91,6 +96,25 @@ class Problem:
         """
         away = np.where(self.precision > 0.0, theta - self.prior[:, 0], 0.0)
         return 0.5 * float(self.precision @ away**2), self.precision * away
+
+    @property
+    def program(self) -> Structure:
+        """The structure whose programs its free runs take."""
+        return with_light_effects(self.structure) if self.shares_programs else self.structure
+
+    def free_run(self, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Free runs of all logs.
+
+        Args:
+            theta: Parameter vector `(t,)` [SI].
+            start: Initial states `(l, n)` [SI].
+
+        Returns:
+            Readings `(l, w, q, y)` [rad, rad/s or A] and states at the windows' starts `(l, w, n)` [SI].
+        """
+        numbers, batch = batch_within(self.program, self.structure, np.asarray(theta), self.batch)
+        y, nodes = free_run(self.program, numbers, start, batch, solver=self.solver)
+        return np.asarray(y), np.asarray(nodes)
 
     @cached_property
     def logs_with_readings(self) -> np.ndarray:

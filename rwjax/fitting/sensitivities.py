@@ -5,7 +5,6 @@ import numpy as np
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.threads import on_threads
 from rwjax.simulation.batch import Batch
-from rwjax.simulation.free_run import free_run
 from rwjax.simulation.shooting import Evaluation, evaluate, of_logs
 
 LONG = 4000
@@ -24,11 +23,11 @@ def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[n
         Half the sum of squared residuals `(l,)` [1], infinite where a run leaves the range of numbers, and states
         `(l, w, n)` [SI].
     """
-    y, nodes = free_run(problem.structure, theta, start, problem.batch, solver=problem.solver)
+    y, nodes = problem.free_run(theta, start)
     with np.errstate(over="ignore", invalid="ignore"):
-        residual = (np.asarray(y) - problem.batch.reading) * problem.batch.weight
+        residual = (y - problem.batch.reading) * problem.batch.weight
         cost = 0.5 * np.sum(residual**2, axis=(1, 2, 3))
-    return np.where(np.isfinite(cost), cost, np.inf), np.asarray(nodes)
+    return np.where(np.isfinite(cost), cost, np.inf), nodes
 
 
 def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, nodes: np.ndarray) -> Evaluation:

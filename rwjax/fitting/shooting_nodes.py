@@ -4,7 +4,6 @@ import numpy as np
 
 from rwjax.fitting.problem import Problem
 from rwjax.logs.log import Log
-from rwjax.simulation.free_run import free_run
 
 HALF_WIDTH = 7
 """Samples on either side of a window's start through which a parabola is laid."""
@@ -55,6 +54,6 @@ def measured_nodes(problem: Problem, theta: np.ndarray) -> np.ndarray:
                     nodes[k, enough, states.index(entry)] = parabola[:, order]
     unseen = np.isnan(nodes)
     if unseen.any():
-        _, simulated = free_run(problem.structure, theta, problem.start, problem.batch, solver=problem.solver)
+        _, simulated = problem.free_run(theta, problem.start)
         nodes = np.where(unseen, np.nan_to_num(simulated, nan=0.0, posinf=0.0, neginf=0.0), nodes)
     return nodes

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from llvmlite import ir
 
-from rwjax.lowering.emitter import DOUBLE, INT, Emitter, Term, Value
+from rwjax.lowering.emitter import DOUBLE, INT, POINTER, Emitter, Term, Value
 
 FEW = 12
 """Longest axis of an array whose entries are worked out one by one, each a value of its own."""
@@ -236,13 +236,14 @@ def _lane_numbers(e: Emitter) -> Value:
 
 def _gathered(e: Emitter, base: Value, places: Value, stored: ir.Type) -> Value:
     """Numbers at places of their own, one for each lane."""
-    b = e.builder
-    found = ir.Constant(ir.VectorType(stored, e.lanes), ir.Undefined)
-    for lane in range(e.lanes):
-        k = ir.Constant(ir.IntType(32), lane)
-        one = b.load(b.gep(base, [b.extract_element(places, k)], source_etype=stored), typ=stored, align=8)
-        found = b.insert_element(found, one, k)
-    return found
+    b, n, letter = e.builder, e.lanes, "f" if stored == DOUBLE else "i"
+    numbers, addresses = ir.VectorType(stored, n), ir.VectorType(POINTER, n)
+    mask = ir.Constant(ir.VectorType(ir.IntType(1), n), [1] * n)
+    kinds = [addresses, ir.IntType(32), mask.type, numbers]
+    fn = e.function(f"llvm.masked.gather.v{n}{letter}64.v{n}p0", numbers, kinds)
+    at: Value = b.gep(base, [places], source_etype=stored)
+    at.type = addresses  # llvmlite takes it for one address
+    return b.call(fn, [at, ir.Constant(ir.IntType(32), 8), mask, ir.Constant(numbers, ir.Undefined)])
 
 
 def flat(e: Emitter, index: Index, shape: tuple[int, ...]) -> Term:

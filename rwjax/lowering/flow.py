@@ -1,13 +1,14 @@
 """A jaxpr as a flat list of equations, and over what its values differ."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from jax.extend.core import ClosedJaxpr, Jaxpr, Literal, Var
 
-from rwjax.lowering.arrays import Spread
+from rwjax.lowering.arrays import SAME, Spread
 
 CALLS = {
     "jit": "jaxpr",
@@ -26,6 +27,8 @@ class Constant(NamedTuple):
     value: Any
 
 
+ONE_BY_ONE = ("scan", "while", "cond", "empty")
+"""Primitives that are not looked for among those that were worked out before."""
 ABSENT = object()
 """An operand of a loop that nothing in it asks for, in the place of a variable."""
 
@@ -48,7 +51,8 @@ class Equation(NamedTuple):
     avals: list
 
 
-class Program(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Program:
     """Equations in the order in which they are worked out.
 
     Attributes:
@@ -114,7 +118,7 @@ def _counted(params: dict[str, Any]) -> dict[str, Any]:
 
 def _without_repeats(program: Program) -> Program:
     """The equations without those that work out the same once more."""
-    known: dict[Any, list] = {}
+    known: dict[Any, list[Equation]] = {}
     stands_for: dict[int, Any] = {}
     kept = []
 
@@ -126,14 +130,25 @@ def _without_repeats(program: Program) -> Program:
 
     for q in program.equations:
         inputs = [stands_for.get(id(v), v) for v in q.inputs]
-        parts = (q.name, *((k, repr(v) if not hasattr(v, "eqns") else id(v)) for k, v in q.params.items()))
-        key = (parts, tuple(map(name, q.inputs)), tuple((a.shape, a.dtype) for a in q.avals))
-        if key in known and q.name not in ("scan", "while", "cond", "empty"):
-            stands_for |= zip(map(id, q.outputs), known[key], strict=True)
-            continue
-        known[key] = q.outputs
+        if q.name not in ONE_BY_ONE:
+            alike = known.setdefault((q.name, *map(name, q.inputs)), [])
+            if (same := next((one for one in alike if _same(one, q)), None)) is not None:
+                stands_for |= zip(map(id, q.outputs), same.outputs, strict=True)
+                continue
+            alike.append(q)
         kept.append(q._replace(inputs=inputs))
     return Program(program.inputs, kept, [stands_for.get(id(v), v) for v in program.outputs])
+
+
+def _same(one: Equation, other: Equation) -> bool:
+    """Whether two equations of one primitive with the same operands have the same parameters and results."""
+
+    def written(params: dict[str, Any]) -> dict[str, Any]:
+        return {k: id(v) if hasattr(v, "eqns") else repr(v) for k, v in params.items()}
+
+    avals = zip(one.avals, other.avals, strict=True)
+    alike = all((a.shape, a.dtype) == (b.shape, b.dtype) for a, b in avals)
+    return alike and written(one.params) == written(other.params)
 
 
 def invariant(program: Program, moving: Sequence) -> tuple[list[Equation], list[Equation]]:
@@ -181,7 +196,7 @@ def _needed(program: Program) -> Program:
             trimmed = _with_absent(equation)
             kept.append(trimmed)
             wanted |= {id(v) for v in trimmed.inputs}
-    return program._replace(equations=kept[::-1])
+    return replace(program, equations=kept[::-1])
 
 
 def _with_absent(equation: Equation) -> Equation:
@@ -215,7 +230,7 @@ def spreads(program: Program, given: Sequence[Spread]) -> dict[int, Spread]:
     """
     found = {id(v): s for v, s in zip(program.inputs, given, strict=True)}
     for equation in program.equations:
-        inputs = [found.get(id(v), Spread()) for v in equation.inputs]
+        inputs = [found.get(id(v), SAME) for v in equation.inputs]
         for v, s in zip(equation.outputs, _of_equation(equation, inputs), strict=True):
             found[id(v)] = s
     return found
@@ -231,8 +246,13 @@ def result_spreads(program: Program, given: Sequence[Spread]) -> list[Spread]:
     Returns:
         One spread for each result.
     """
+    return list(_result_spreads(program, tuple(given)))
+
+
+@lru_cache(maxsize=512)
+def _result_spreads(program: Program, given: tuple[Spread, ...]) -> tuple[Spread, ...]:
     found = spreads(program, given)
-    return [found.get(id(v), Spread()) for v in program.outputs]
+    return tuple(found.get(id(v), SAME) for v in program.outputs)
 
 
 def carried_spreads(
@@ -273,7 +293,7 @@ def _of_equation(equation: Equation, inputs: Sequence[Spread]) -> list[Spread]:
     if equation.name == "cond":
         sides = [result_spreads(flattened(branch), inputs[1:]) for branch in p["branches"]]
         return [inputs[0] | Spread(*map(any, zip(*each, strict=True))) for each in zip(*sides, strict=True)]
-    joined = Spread()
-    for s in inputs:
+    joined = SAME
+    for s in {*inputs}:
         joined |= s
     return [joined] * len(equation.outputs)

@@ -152,7 +152,7 @@ def _while(self: Lowering, q: Equation, inputs: list[Array]) -> list[Array]:
     spread = [s | wants for s in spread]
     if wants.directions or any(s.directions for s in spread):
         raise Unsupported("the derivative of a loop without a fixed end")
-    long = {k: by for k, a in enumerate(first) if not a.few and (by := _updating(body, m, k))}
+    long = {k: by for k, a in enumerate(first) if not (a.few and wants.lanes) and (by := _updating(body, m, k))}
     if long and wants.lanes:
         raise Unsupported("a long array in a loop whose end differs from run to run")
     rooms = {k: self.room(q.outputs[k], q.avals[k], spread[k]) for k in long}

@@ -8,6 +8,7 @@ from rwjax.plant.plant import Plant
 from rwjax.plant.structure import Numbers, Structure
 from rwjax.plant.two_axis import two_axis
 from rwjax.rig.tied import evaluate, names_in
+from rwjax.types import entries
 
 
 def assemble(structure: Structure, numbers: Numbers) -> Plant:
@@ -51,7 +52,7 @@ def one_axis_plant_of(structure: Structure, theta: Float[Array, " p"]) -> OneAxi
 
 def _numbers(structure: Structure, theta: Float[Array, " p"]) -> Numbers:
     """Numbers by name; those that follow from others by their formulas, whatever the vector says of them."""
-    numbers: Numbers = {name: theta[k] for k, name in enumerate(structure.names)}
+    numbers: Numbers = dict(zip(structure.names, entries(theta), strict=True))
     for name, formula in structure.tied:
         if name in numbers and {*names_in(formula)} <= numbers.keys():  # a linearised plant may lack effects
             numbers[name] = evaluate(formula, numbers, jnp)

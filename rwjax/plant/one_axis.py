@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
@@ -91,7 +90,6 @@ class OneAxis(Plant):
         torque_on: Share of the time in which current can flow `()` [1]; None where it always can.
     """
 
-    structure: Structure = eqx.field(static=True)
     numbers: Numbers
     effects: tuple[Effect, ...]
     torque_on: Float[Array, ""] | None = None

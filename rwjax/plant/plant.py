@@ -4,9 +4,9 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
 
-import equinox as eqx
 from jaxtyping import Array, Float, Int
 
+from rwjax.effects.part import Part, static
 from rwjax.plant.structure import State, Structure
 from rwjax.types import Scalar
 
@@ -116,10 +116,10 @@ class Drive(Protocol):
         ...
 
 
-class Plant(eqx.Module):
+class Plant(Part):
     """A rig's equations of motion with its effects; the numbers are leaves, the structure is static."""
 
-    structure: eqx.AbstractVar[Structure]
+    structure: Structure = static()
 
     @abstractmethod
     def field(self, t: Scalar, x: State, u: Command) -> State:

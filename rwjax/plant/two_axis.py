@@ -29,7 +29,8 @@ $P\ddot\psi + B\ddot\theta = Q_\theta - \tau_2 + c' H_1\dot\psi + \tfrac12 A'\do
 $P = 0$ each axis is a `reaction` rig but for the acceleration of the body in $\dot H = J(\dot\Omega + \dot w)$, which that kind drops.
 """
 
-import equinox as eqx
+from typing import NamedTuple
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -54,7 +55,7 @@ ANGLES = ("psi_1", "psi_2", "theta_1", "theta_2")
 """Their angles."""
 
 
-class Carried(eqx.Module):
+class Carried(NamedTuple):
     """The inertias at a pitch and their derivatives by it.
 
     Attributes:
@@ -84,7 +85,6 @@ class TwoAxis(Plant):
         effects: The effects that belong to neither half alone.
     """
 
-    structure: Structure = eqx.field(static=True)
     numbers: Numbers
     halves: tuple[OneAxis, OneAxis]
     effects: tuple[Effect, ...]

@@ -95,6 +95,18 @@ class Batch(NamedTuple):
             **{name: getattr(self, name)[log : log + 1] for name in self._fields if name not in WITHOUT_LOG_AXIS}
         )
 
+    def with_own_numbers(self, count: int) -> "Batch":
+        """One log by itself whose numbers are given as its plant has them.
+
+        Args:
+            count: How many numbers the plant has [1].
+
+        Returns:
+            A batch of one log.
+        """
+        own = np.arange(count)[None]
+        return self._replace(theta_index=own, theta_offset=np.zeros(own.shape))
+
     def until(self, time: float) -> "Batch":
         """The windows in which the beginning of every log lies.
 

@@ -67,10 +67,10 @@ class Exact(Solver):
 
     def beginning(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
-    ) -> Float[Array, "w q y"]:
+    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
         """The first windows of a free run; where readings are late, those of later windows are there all the same."""
         if plant.age() is not None:
-            return self._with_late_readings(plant, run, x0)[0]
+            return self._with_late_readings(plant, run, x0)
         return super().beginning(plant, run, x0, windows)
 
     def _with_late_readings(self, plant: Plant, run: Batch, x0: Float[Array, " n"]) -> tuple[Array, Array]:

@@ -20,14 +20,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from rwjax.lowering.arrays import Spread
-from rwjax.lowering.kept import lowered
+from rwjax.lowering import program_files
+from rwjax.lowering.by_numpy import worked_out
+from rwjax.lowering.emitter import Unsupported
 from rwjax.plant.assemble import plant_of
 from rwjax.plant.one_axis import OneAxis
 from rwjax.plant.plant import Command, Plant, SmoothStep
 from rwjax.plant.structure import State, Structure
 from rwjax.simulation.stepper import SlidingStepper
-from rwjax.types import Scalar
+from rwjax.types import Scalar, entries
 
 TAYLOR_TERMS = 10
 """Terms of the series of the exponential functions, after scaling."""
@@ -57,8 +58,16 @@ class Propagator(NamedTuple):
 def _propagator(plant: Plant, h: Scalar) -> Propagator:
     r"""$e^{hA}$, $h\varphi_1(hA)$ and $h\varphi_2(hA)$ by scaling and doubling."""
     # an entry that `_couplings` does not see, of an effect with a threshold, stays with the part that is not linear
-    A = jnp.where(_couplings(plant.structure)[0], linear_part(plant), 0.0)
-    return Propagator(*(tuple(tuple(row) for row in M) for M in (A, *_exponentials(A, h))))
+    direct, reached = _couplings(plant.structure)
+    A = jnp.where(direct, linear_part(plant), 0.0)
+    return Propagator(_rows(A, direct), *(_rows(M, reached) for M in _exponentials(A, h)))
+
+
+def _rows(M: Float[Array, "n n"], used: np.ndarray) -> Matrix:
+    """Entries of a matrix, those that are not used as 0."""
+    every = iter(jax.lax.split(M.ravel(), (1,) * M.size))
+    rows = (zip(row, every, strict=False) for row in used)
+    return tuple(tuple(jax.lax.squeeze(entry, (0,)) if use else jnp.zeros(()) for use, entry in row) for row in rows)
 
 
 @jax.jit  # traced once for all plants of as many states
@@ -84,6 +93,7 @@ def _exponentials(A: Float[Array, "n n"], h: Scalar) -> tuple[Array, Array, Arra
     return E, h * phi1, h * phi2
 
 
+@jax.jit  # traced once for a plant's coupling entries and all its programs
 def linear_part(plant: Plant) -> Float[Array, "n n"]:
     """Jacobian of the plant's field without dry friction, at rest under no command.
 
@@ -97,7 +107,7 @@ def linear_part(plant: Plant) -> Float[Array, "n n"]:
     zero, no_command = jnp.zeros(()), plant.no_command()
 
     def smooth(x: Float[Array, " n"]) -> Float[Array, " n"]:
-        return jnp.stack(plant.field(zero, tuple(x[k] for k in range(n)), no_command))
+        return jnp.stack(plant.field(zero, entries(x), no_command))
 
     return jax.jacfwd(smooth)(jnp.zeros(n))
 
@@ -106,18 +116,30 @@ def linear_part(plant: Plant) -> Float[Array, "n n"]:
 def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
     """Which entries of the linear part, and of its exponential, count as different from zero: the others are not computed.
 
-    They are those that differ from zero at some generic numbers.
+    They are those that differ from zero at some generic numbers. They are kept on disk, since a program that is there is not traced.
     """
+    path = program_files.file_of("kept", "couplings", structure) if structure.from_library else None
+    kept = program_files.read(path)
+    if kept is None:
+        kept = bytearray((_linear_part_somewhere(structure) != 0.0).tobytes())
+        program_files.write(path, kept)
+    A = np.frombuffer(kept, bool).reshape(len(structure.states), -1)
+    return A, np.linalg.matrix_power(np.eye(len(A), dtype=int) + A, len(A)) > 0
+
+
+def _linear_part_somewhere(structure: Structure) -> np.ndarray:
+    """The linear part at some generic numbers."""
     generic = 0.7 + 0.1 * np.arange(len(structure.names))
 
-    def function(theta: Float[Array, " p"]) -> tuple[Array]:
-        return (linear_part(plant_of(structure, theta)),)
+    def function(theta: Float[Array, " p"]) -> Array:
+        return linear_part(plant_of(structure, theta))
 
-    program = lowered("linear", structure, function, [generic], [Spread()], structure.from_library, lanes=1)
-    # of XLA's program, compiled ahead: it is called while another one is traced
-    found = jax.jit(function).lower(generic).compile()(generic) if program is None else program([generic])
-    A = np.asarray(found[0]) != 0.0
-    return A, np.linalg.matrix_power(np.eye(len(A), dtype=int) + A, len(A)) > 0
+    try:
+        return worked_out(jax.make_jaxpr(function)(generic), [generic])[0]
+    except (
+        Unsupported
+    ):  # of an effect of the user's own; compiled ahead, since it is called while another program is traced
+        return np.asarray(jax.jit(function).lower(generic).compile()(generic))
 
 
 def _times(M: Matrix, x: State, used: np.ndarray) -> State:

@@ -41,10 +41,19 @@ def free_run(
     """
     if not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((theta, start, batch))):
         theta, start = np.asarray(theta), np.asarray(start)
-        found = [machine_code.whole_run(structure, theta, x, batch, log, solver) for log, x in enumerate(start)]
+        found = [_of_log(structure, theta, x, batch, log, solver) for log, x in enumerate(start)]
         if found and all(run is not None for run in found):
-            return tuple(np.stack(part) for part in zip(*found, strict=True))
+            return tuple(np.concatenate(part) for part in zip(*found, strict=True))
     return _free_run(structure, theta, start, batch, solver=solver)
+
+
+def _of_log(
+    structure: Structure, theta: np.ndarray, start: np.ndarray, batch: Batch, log: int, solver: Solver
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """`free_run` of one log by machine code, with a first axis of one run."""
+    own = theta[batch.theta_index[log]] + batch.theta_offset[log]
+    alone = batch.of(log).with_own_numbers(len(own))
+    return machine_code.runs(structure, own[None], start[None], batch.windows, alone, solver)
 
 
 @stored(tuple)
@@ -76,7 +85,9 @@ def free_runs(
         Readings `(b, w, q, y)` [rad, rad/s or A].
     """
     found = machine_code.runs(structure, theta, start, windows, batch, solver)
-    if found is None:
+    if found is not None:
+        found = found[0]
+    else:
         b = len(theta)
         fill = -b % ROWS
         theta, start = (np.concatenate([a, np.repeat(a[-1:], fill, axis=0)]) for a in (theta, start))
@@ -92,7 +103,7 @@ def _free_runs(
     """`free_runs` through XLA."""
     return [
         solver.of_logs(
-            lambda run, x0, theta: solver.beginning(plant_of_run(structure, theta, run), run, x0, windows),
+            lambda run, x0, theta: solver.beginning(plant_of_run(structure, theta, run), run, x0, windows)[0],
             batch,
             start,
             theta,

@@ -49,39 +49,9 @@ def _program(
     return lowered(name, (structure, solver), function, arguments, given, keep)
 
 
-def whole_run(
-    structure: Structure, theta: np.ndarray, start: np.ndarray, batch: Batch, log: int, solver: Solver
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Free run of one log.
-
-    Args:
-        structure: What the plant is made of.
-        theta: Numbers of all logs `(t,)` [SI].
-        start: First state `(n,)` [SI].
-        batch: The logs.
-        log: Number of the log.
-        solver: What moves the plant through it.
-
-    Returns:
-        Readings `(w, q, y)` [rad, rad/s or A] and states at the windows' starts `(w, n)` [SI].
-    """
-    held, run_of = _leaves(batch, log)
-
-    def function(theta: Array, start: Array, *values: Array) -> Any:
-        run = run_of(list(values))
-        return solver.whole(plant_of_run(structure, theta, run), run, start)
-
-    arguments = [theta, start, *held]
-    program = _program("run", structure, solver, function, arguments, [SAME] * len(arguments))
-    if program is None:
-        return None
-    y, nodes = program(arguments)
-    return y, nodes
-
-
 def runs(
     structure: Structure, theta: np.ndarray, start: np.ndarray, windows: int, batch: Batch, solver: Solver
-) -> np.ndarray | None:
+) -> tuple[np.ndarray, np.ndarray] | None:
     """First windows of free runs of one log, each with numbers and a first state of its own.
 
     Args:
@@ -93,7 +63,7 @@ def runs(
         solver: What moves the plant through it.
 
     Returns:
-        Readings `(b, w, q, y)` [rad, rad/s or A]; those of later windows do not count.
+        Readings `(b, w, q, y)` [rad, rad/s or A] and states at the windows' starts `(b, w, n)` [SI]; those of later windows do not count.
     """
     held, run_of = _leaves(batch, 0)
 
@@ -104,7 +74,10 @@ def runs(
     shared = [np.array(windows), *held]
     given = [OF_LANE, OF_LANE, *[SAME] * len(shared)]
     program = _program("runs", structure, solver, function, [theta[0], start[0], *shared], given)
-    return None if program is None else program([theta, start, *shared], rows=len(theta))[0]
+    if program is None:
+        return None
+    y, nodes = program([theta, start, *shared], rows=len(theta))
+    return y, nodes
 
 
 def sensitivities(

@@ -138,7 +138,7 @@ class Solver(eqx.Module):
 
     def beginning(
         self, plant: Plant, run: Batch, x0: Float[Array, " n"], windows: Int[Array, ""]
-    ) -> Float[Array, "w q y"]:
+    ) -> tuple[Float[Array, "w q y"], Float[Array, "w n"]]:
         """The first windows of `whole`.
 
         Args:
@@ -148,17 +148,20 @@ class Solver(eqx.Module):
             windows: How many windows to simulate [1].
 
         Returns:
-            Readings `(w, q, y)` [rad, rad/s or A]; those of later windows do not count.
+            Readings `(w, q, y)` [rad, rad/s or A] and the states at the windows' starts `(w, n)` [SI]; those of later windows do not
+            count.
         """
         window, inputs = self.through_windows(plant, run)
 
-        def one(w: Int[Array, ""], carry: tuple[Array, Array]) -> tuple[Array, Array]:
-            x, y = carry
-            x, seen = window(x, jax.tree.map(lambda a: a[w], inputs))
-            return x, jax.lax.dynamic_update_index_in_dim(y, seen, w, 0)
+        def one(w: Int[Array, ""], carry: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+            x, y, nodes = carry
+            end, seen = window(x, jax.tree.map(lambda a: a[w], inputs))
+            put = jax.lax.dynamic_update_index_in_dim
+            return end, put(y, seen, w, 0), put(nodes, x, w, 0)
 
-        nothing = jax.lax.empty((*run.slot_step.shape, len(plant.structure.outputs)), float)
-        return jax.lax.fori_loop(0, windows, one, (x0, nothing))[1]
+        W, q = run.slot_step.shape
+        nothing = jax.lax.empty((W, q, len(plant.structure.outputs)), float), jax.lax.empty((W, len(x0)), float)
+        return jax.lax.fori_loop(0, windows, one, (x0, *nothing))[1:]
 
     def windows(
         self, plant: Plant, run: Batch, nodes: Float[Array, "w n"]

@@ -14,7 +14,7 @@ from rwjax.plant.servo import acted
 from rwjax.plant.structure import State, Structure
 from rwjax.simulation.batch import WITHOUT_LOG_AXIS, Batch
 from rwjax.simulation.stepper import Stepper
-from rwjax.types import Scalar
+from rwjax.types import Scalar, entries
 
 History = tuple[Float[Array, " _"], ...]
 """For each state its values at the grid points of a window, or at its readings."""
@@ -121,8 +121,7 @@ class PreparedPlant(NamedTuple):
             t, x = carry
             return (t + self.h, self.step(t, x, of_step)), x
 
-        n = x0.shape[0]
-        (_, end), states = jax.lax.scan(one, (begin, tuple(x0[k] for k in range(n))), given)
+        (_, end), states = jax.lax.scan(one, (begin, entries(x0)), given)
         return tuple(jnp.concatenate([s, e[None]]) for s, e in zip(states, end, strict=True))
 
     def step(self, t: Scalar, x: State, given: Any) -> State:

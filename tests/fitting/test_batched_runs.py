@@ -110,7 +110,7 @@ def test_plants_that_differ_by_light_effects_share_a_call(monkeypatch: pytest.Mo
     def posed(structure: Structure) -> Problem:
         own = pose(structure, problem.logs, problem.noise).batch
         batch = problem.batch._replace(theta_index=own.theta_index, theta_offset=own.theta_offset)
-        return replace(problem, structure=structure, batch=batch)
+        return replace(problem, structure=structure, batch=batch, shares_programs=True)
 
     def search(other: Problem, theta: np.ndarray) -> Simulating[np.ndarray]:
         return (yield Wanted(other, theta[None], other.start[None], np.array([1]), other.batch.windows))

@@ -33,12 +33,13 @@ def test_windows_from_the_nodes_of_a_whole_run_and_its_first_windows_are_that_ru
     def all_three(run: Batch, x0: Array) -> list:
         plant = plant_of_run(structure, theta, run)
         whole, nodes = EXACT.whole(plant, run, x0)
-        return [whole, nodes, EXACT.beginning(plant, run, x0, jnp.asarray(2)), *EXACT.windows(plant, run, nodes)]
+        return [whole, nodes, *EXACT.beginning(plant, run, x0, jnp.asarray(2)), *EXACT.windows(plant, run, nodes)]
 
     found = jax.jit(lambda batch: EXACT.of_logs(all_three, batch, start))(batch)
-    whole, nodes, first, each, ends = (np.asarray(a)[0] for a in found)
+    whole, nodes, first, begun, each, ends = (np.asarray(a)[0] for a in found)
     assert batch.windows > 2 and nodes[0] == pytest.approx(start[0])
     assert first[:2] == pytest.approx(whole[:2], rel=1e-13) and not first[2:].any()
+    assert begun[:2] == pytest.approx(nodes[:2], rel=1e-13) and not begun[2:].any()
     assert each == pytest.approx(whole, rel=1e-12, abs=1e-15) and ends[:-1] == pytest.approx(nodes[1:], rel=1e-12)
 
 

@@ -88,7 +88,6 @@ def test_lowered_programs_are_those_of_xla(name: str, monkeypatch: pytest.Monkey
     begin = {"w": 1.0, "Omega": 20.0, "w_1": 1.0, "w_2": 0.5, "Omega_1": 20.0, "Omega_2": 10.0}
     start = np.array([[begin.get(state, 0.0) for state in structure.states]])
     several = theta * (1.0 + 1e-3 * np.arange(3)[:, None]), np.repeat(start, 3, axis=0)
-    assert machine_code.whole_run(structure, theta, start[0], batch, 0, EXACT) is not None
     assert machine_code.runs(structure, *several, 2, batch, EXACT) is not None
     y, nodes = free_run(structure, theta, start, batch)
     off = np.asarray(nodes) * (1.0 + 0.01 * np.cos(np.arange(batch.windows)))[:, None]  # windows that do not join

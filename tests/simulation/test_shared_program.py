@@ -1,20 +1,24 @@
 """Plants that share a program of free runs: theirs is the motion that a program of their own gives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from rwjax.effects.library import BY_NAME, LIBRARY, of_kind
 from rwjax.effects.parameter import parameters
+from rwjax.fitting.problem import pose
 from rwjax.kinds import KINDS
-from rwjax.plant.from_rig import structure_of
+from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.simulation.free_run import free_runs
-from rwjax.simulation.shared_program import numbers_with_light_effects, with_light_effects
+from rwjax.simulation.shared_program import batch_within, numbers_within, with_light_effects
 from tests.joints import joint
 from tests.simulation.plants import CASES, FAST
-from tests.systems import platform, reaction, wheel
+from tests.systems import platform, reaction, record, wheel
 from tests.two_axes import two_axis
 
+T = np.arange(101) * 0.01
 RIGS = {"wheel": wheel(), "platform": platform(), "reaction": reaction(), "joint": joint(), "two_axis": two_axis()}
 
 
@@ -54,9 +58,8 @@ def test_dry_friction_joins_no_body_without_any() -> None:
 @pytest.mark.parametrize("kind", RIGS)
 def test_numbers_stand_under_their_names_and_all_others_at_their_nulls(kind: str) -> None:
     for structure in structures(kind):
-        own = np.arange(1.0, 1.0 + 2 * len(structure.names)).reshape(2, -1)
-        given = numbers_with_light_effects(structure, own)
-        for name, values in zip(with_light_effects(structure).names, given.T, strict=True):
+        own, shared = np.arange(1.0, 1.0 + 2 * len(structure.names)).reshape(2, -1), with_light_effects(structure)
+        for name, values in zip(shared.names, numbers_within(shared, structure, own).T, strict=True):
             if name in structure.names:
                 assert np.array_equal(values, own[:, structure.names.index(name)]), name
             else:
@@ -74,18 +77,35 @@ def test_the_motion_is_that_of_a_program_of_its_own(name: str) -> None:
     numbers = theta * np.random.default_rng(0).uniform(0.98, 1.02, (3, len(theta)))
     start = np.zeros((3, len(structure.states)))
     own = free_runs(structure, numbers, start, batch.windows, batch)
-    given = numbers_with_light_effects(structure, numbers)
-    index = np.arange(given.shape[1])[None]
-    shared = free_runs(
-        with_light_effects(structure),
-        given,
-        start,
-        batch.windows,
-        batch._replace(theta_index=index, theta_offset=np.zeros(index.shape)),
-    )
+    program = with_light_effects(structure)
+    given = numbers_within(program, structure, numbers)
+    shared = free_runs(program, given, start, batch.windows, batch.with_own_numbers(given.shape[1]))
     assert np.isfinite(own).all()
     size = np.max(np.abs(own), axis=(0, 1, 2))  # of each output
     assert np.all(np.max(np.abs(shared - own), axis=(0, 1, 2)) <= 1e-9 * size)
+
+
+def test_every_log_keeps_numbers_of_its_own_and_what_is_known_to_be_added_to_them() -> None:
+    structure = structure_of(platform())
+    logs = [record(T, u, {"yaw_rad": np.zeros_like(T)}) for u in (np.full_like(T, 0.5), np.sin(9.0 * T))]
+    problem = pose(structure, logs, {"yaw_rad": 1.0}, per_run=("axis.inertia",))
+    structure = problem.structure
+    theta = problem.expand(theta_of(platform(), structure))
+    theta[-1] *= 1.5  # the second run's inertia
+    offset = problem.batch.theta_offset.copy()
+    offset[0, structure.names.index("drive.gain")] = 0.1
+    problem = replace(problem, batch=problem.batch._replace(theta_offset=offset))
+    start = np.array([[0.0, 1.0], [0.2, -1.0]])
+    shared = replace(problem, shares_programs=True)
+    assert len(shared.program.names) > len(structure.names) and problem.program == structure
+    y, nodes = shared.free_run(theta, start)
+    own, begun = problem.free_run(theta, start)
+    assert y == pytest.approx(own, rel=1e-9, abs=1e-12) and nodes == pytest.approx(begun, rel=1e-9, abs=1e-12)
+    assert np.max(np.abs(own[1] - problem.free_run(problem.expand(theta[: len(structure.names)]), start)[0][1])) > 1e-4
+    numbers, batch = batch_within(shared.program, structure, theta, problem.batch)
+    held = numbers[batch.theta_index] + batch.theta_offset
+    k = shared.program.names.index("drive.gain")
+    assert held[0, k] - held[1, k] == pytest.approx(0.1)
 
 
 def test_the_quick_ones_are_cases() -> None:

@@ -224,12 +224,13 @@ def test_the_first_windows_and_each_window_from_its_node_are_those_of_the_whole_
         plant = plant_of_run(structure, jnp.asarray(theta), run)
         whole, nodes = TIGHT.whole(plant, run, x0)
         first = TIGHT.beginning(plant, run, x0, jnp.asarray(2))
-        return [whole, nodes, first, *TIGHT.windows(plant, run, nodes)]
+        return [whole, nodes, *first, *TIGHT.windows(plant, run, nodes)]
 
     found = jax.jit(lambda batch: TIGHT.of_logs(all_three, batch, jnp.asarray(start)))(batch)
-    whole, nodes, first, each, ends = (np.asarray(a)[0] for a in found)
+    whole, nodes, first, begun, each, ends = (np.asarray(a)[0] for a in found)
     assert batch.windows > 2 and nodes[0] == pytest.approx(start[0])
     assert first[:2] == pytest.approx(whole[:2], rel=1e-9) and not first[2:].any()
+    assert begun[:2] == pytest.approx(nodes[:2], rel=1e-9) and not begun[2:].any()
     assert each == pytest.approx(whole, rel=1e-7, abs=1e-9)
     assert ends[:-1] == pytest.approx(nodes[1:], rel=1e-7, abs=1e-9)
 
