@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
@@ -206,7 +206,7 @@ def _of_new_runs(
         left = 1.0 - (b - a) / (b - f)
     if not np.all(np.isfinite(left)) or np.any(b <= f):
         return None
-    wide = float(student.ppf(0.975, n - 1) * (n - 1.0) / np.sqrt(n))
+    wide = float(stdtrit(n - 1, 0.975) * (n - 1.0) / np.sqrt(n))
     reach, whole = wide * float(np.std(left, ddof=1)), 1.0 - closed
     if whole <= reach or np.any(left <= 0.0):
         return closed - reach, closed + reach

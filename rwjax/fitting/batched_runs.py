@@ -8,6 +8,7 @@ full batch costs a third of a call of its own.
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from itertools import groupby
 from threading import Condition
 from typing import Any, NamedTuple, TypeVar
 
@@ -72,12 +73,11 @@ class _Request:
         problem = self.wanted.problem
         return hash((problem.program, problem.solver, problem.batch.slot_step.shape))
 
-    def numbers(self, run: int) -> np.ndarray:
-        """Numbers of the plant of a run in its program `(1, q)` [SI]."""
-        b, k = divmod(run, len(self.wanted.logs))
-        problem, log = self.wanted.problem, self.wanted.logs[k]
-        own = self.wanted.theta[b, problem.batch.theta_index[log]] + problem.batch.theta_offset[log]
-        return numbers_within(problem.program, problem.structure, own[None])
+    def given(self, runs: Sequence[int], log: int) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the plants of some runs of a log in their program `(r, q)`, and their first states `(r, n)` [SI]."""
+        wanted, problem, b = self.wanted, self.wanted.problem, np.asarray(runs) // len(self.wanted.logs)
+        own = wanted.theta[b][:, problem.batch.theta_index[log]] + problem.batch.theta_offset[log]
+        return numbers_within(problem.program, problem.structure, own), wanted.start[b, log]
 
     def shared(self, run: int) -> tuple[int, int, int]:
         """What runs that may share a call have in common."""
@@ -95,8 +95,9 @@ def _simulated(runs: list[_Run]) -> np.ndarray:
     first, run = runs[0]
     wanted, problem = first.wanted, first.wanted.problem
     log = int(wanted.logs[run % len(wanted.logs)])
-    numbers = np.concatenate([request.numbers(run) for request, run in runs])
-    start = np.stack([request.wanted.start[run // len(request.wanted.logs), log] for request, run in runs])
+    of_searches = (list(of) for _, of in groupby(runs, key=lambda one: one[0].search))
+    given = zip(*(of[0][0].given([number for _, number in of], log) for of in of_searches), strict=True)
+    numbers, start = (np.concatenate(part) for part in given)
     batch = problem.batch.of(log).with_own_numbers(numbers.shape[1])
     return free_runs(problem.program, numbers, start, wanted.windows, batch, solver=problem.solver)
 

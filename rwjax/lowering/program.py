@@ -301,7 +301,8 @@ class Lowered:
 def _laid(a: np.ndarray | np.generic, slot: Slot, rows: int) -> np.ndarray:
     """An argument in memory, its last run repeated up to a number of runs."""
     of = np.float64 if slot.kind == "f" else np.int64
-    a = np.ascontiguousarray(a, of).reshape(np.shape(a))
+    if not (isinstance(a, np.ndarray) and a.dtype == of and a.flags.c_contiguous):
+        a = np.ascontiguousarray(a, of).reshape(np.shape(a))
     if slot.spread.lanes and len(a) < rows:
         a = np.concatenate([a, np.repeat(a[-1:], rows - len(a), axis=0)])
     return a
