@@ -12,10 +12,14 @@ START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""
 NO_COMMAND, NO_SHARE = 1e-3, 1e-3
 """Voltage below which there is no command [V]; of a duty, a current, a torque and a servo, the share of its largest one [1]."""
-SWING = 3.0
-"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves [1]."""
+SWING, FAR = 3.0, 6.0
+"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves: along a smooth curve, and any other [1]."""
+CURVE, SMOOTH = 5, 0.4
+"""A smooth curve: order of a polynomial, and the share of the scatter that it leaves at most [1]."""
 INTEGRAL = f"{SERVO}:integral"
 """State of a servo that the run before its first sample has left behind."""
+STANDS = 1.5
+"""Range of an angle's readings, in counts, up to which it stands still [1]."""
 MOVES = 3.5
 """Standard errors of a mean or a slope above which it differs from zero [1]."""
 
@@ -32,6 +36,18 @@ def first_half_second(log: Log) -> np.ndarray:
     return log.time - log.time[0] <= START_S
 
 
+def _correlation_time(left: np.ndarray) -> float:
+    r"""Samples that count as one, at least 1, of what a line through a short stretch leaves [1].
+
+    It is $(1 + \rho)/(1 - \rho)$ of noise that is an autoregression of first order. The first autocorrelation $r$ of $n$ samples is too small by
+    $(2 + 4\rho)/n$ in the mean (Marriott and Pope, Biometrika 41 (1954)).
+    """
+    n, square = len(left), float(left @ left)
+    r = float(left[1:] @ left[:-1]) / square if square > 0.0 else 0.0
+    rho = min(max((r + 2.0 / n) / (1.0 - 4.0 / n), 0.0), 1.0 - 2.0 / n) if n > 4 else 0.0
+    return (1.0 + rho) / (1.0 - rho)
+
+
 def _line(log: Log, name: str) -> tuple[float, float, float]:
     """Value at the first sample, slope, and the slope's standard error of a line through the first 0.5 s."""
     early = first_half_second(log) & np.isfinite(log.outputs[name])
@@ -40,14 +56,16 @@ def _line(log: Log, name: str) -> tuple[float, float, float]:
         return (float(y[0]) if len(y) else 0.0), 0.0, np.inf
     A = np.stack([np.ones_like(t), t], axis=1)
     (value, slope), *_ = np.linalg.lstsq(A, y, rcond=None)
-    scatter = max(np.std(y - A @ (value, slope)), noise_of.quantisation(log, name))
+    left = y - A @ (value, slope)
+    scatter = max(np.std(left), noise_of.quantisation(log, name)) * np.sqrt(_correlation_time(left))
     return float(value), float(slope), float(scatter / np.sqrt(np.sum((t - t.mean()) ** 2)))
 
 
 def starts_at_rest(log: Log) -> bool:
     """Whether input and rates cannot be distinguished from zero over the first 0.5 s.
 
-    The command at the last of these samples acts after it, and is not considered. Nor is a current, which may have an offset.
+    The command at the last of these samples acts after it, and is not considered. Nor is a current, which may have an offset, or a rate that
+    the same body's angle contradicts by standing still: a gyroscope has an offset and noise that wanders.
 
     Args:
         log: The log.
@@ -68,16 +86,58 @@ def starts_at_rest(log: Log) -> bool:
             continue
         if is_angle(name):
             _, slope, error = _line(log, name)
-            moved = float(np.ptp(y)) > 1.5 * log.resolution.get(name, 0.0)
+            moved = float(np.ptp(y)) > STANDS * log.resolution.get(name, 0.0)
             if moved and abs(slope) > MOVES * error:
                 return False
-        else:
-            noise = max(noise_level(y), noise_of.quantisation(log, name))
-            error = max(float(np.std(y)), noise) / np.sqrt(len(y))
-            swings = noise > 0.0 and float(np.std(y)) > SWING * noise  # through 0 and back
-            if swings or abs(float(np.mean(y))) > MOVES * error + 1e-12:
-                return False
+        elif _moves(y, noise_of.quantisation(log, name)) and not _contradicted(log, name, y):
+            return False
     return True
+
+
+def _moves(rate: np.ndarray, quantisation: float) -> bool:
+    """Whether a rate [rad/s] over the first 0.5 s differs from zero, beside noise that may wander.
+
+    It does where its mean does, or where it swings through zero and back: far beyond its noise, or along a smooth curve.
+    """
+    noise, at = max(noise_level(rate), quantisation), np.linspace(-1.0, 1.0, len(rate))
+
+    def left(order: int) -> np.ndarray:
+        order = min(order, len(rate) - 1)
+        return rate - np.polynomial.legendre.legval(at, np.polynomial.legendre.legfit(at, rate, order))
+
+    error = max(float(np.std(left(1))), noise) * np.sqrt(_correlation_time(left(1)) / len(rate))
+    if abs(float(np.mean(rate))) > MOVES * error + 1e-12:
+        return True
+    swing = float(np.std(rate))
+    smooth = float(np.std(left(CURVE))) < SMOOTH * swing
+    return noise > 0.0 and swing > (SWING if smooth else FAR) * noise
+
+
+def _contradicted(log: Log, name: str, rate: np.ndarray) -> bool:
+    """Whether the angle of a body stands still over the first 0.5 s, though it would turn visibly at the rate that is read.
+
+    Args:
+        log: The log.
+        name: Name of the rate.
+        rate: Its readings over the first 0.5 s [rad/s].
+
+    Returns:
+        True where the angle is logged and says so.
+    """
+    angle = name.removesuffix("_s")
+    if angle not in log.outputs:
+        return False
+    early = first_half_second(log) & np.isfinite(log.outputs[angle])
+    t, y = log.time[early], log.outputs[angle][early]
+    if len(t) < 3:
+        return False
+    count, span = STANDS * log.resolution.get(angle, 0.0), float(t[-1] - t[0])
+    _, slope, error = _line(log, angle)
+    seen = max(MOVES * error, count / span)  # the slowest rate that the angle shows
+    if float(np.ptp(y)) > count and abs(slope) > seen:
+        return False
+    swing = float(np.std(rate)) / (2.0 * np.pi)  # one period fits into the 0.5 s
+    return max(abs(float(np.mean(rate))), swing) > seen
 
 
 def _signed(structure: Structure, log: Log, name: str) -> float:
