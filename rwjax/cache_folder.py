@@ -1,7 +1,7 @@
 """The folder of compiled programs: where it lies, who can change it, how large it grows.
 
-JAX's compiled programs, the traced ones of `simulation/program_cache.py` and the machine code of `lowering/kept.py` lie in it. They are
-executed. Whoever can write the folder, or put another in its place, can run code as the user who reads it. So a folder that others can
+JAX's compiled programs, the traced ones of `simulation/program_cache.py` and the machine code of `lowering/kept.py` lie in it, and what
+`simulation/exponential_step.py` keeps of a plant. Programs are executed. Whoever can write the folder, or put another in its place, can run code as the user who reads it. So a folder that others can
 change is not used. If the user named it, that is an error: the user meant it and can put it right. The default folder is left out with a
 note: nobody asked for it, and without it a command takes longer and gives the same.
 """
@@ -29,7 +29,7 @@ WRITES_BETWEEN_TRIMS = 100
 looks first after a number of writes drawn at random: most that write little never look."""
 LEAST_FREE_BYTES = 100_000_000
 """Left on the disk: with less, JAX writes no program, since one that is cut off would never be written again."""
-PROGRAM = re.compile(r"((traced|lowered)-\w+-[0-9a-f]{64}(\.\w+)?|\w+-[0-9a-f]{64}-(cache|atime))", re.ASCII)
+PROGRAM = re.compile(r"((traced|lowered|kept)-\w+-[0-9a-f]{64}(\.\w+)?|\w+-[0-9a-f]{64}-(cache|atime))", re.ASCII)
 """Names of the files that the library and JAX write. No other file of the folder is ever touched."""
 
 

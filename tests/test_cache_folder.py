@@ -24,7 +24,8 @@ from rwjax.lowering.program_files import write
 
 def program(folder: Path, number: int, size: int = 10, used: float = 0.0) -> Path:
     """A program's file, last used at a time [s since 1970]."""
-    begin, end = (("traced-free_run", ""), ("jit_call", "-cache"), ("lowered-runs", ""))[number % 3]
+    kinds = (("traced-free_run", ""), ("jit_call", "-cache"), ("lowered-runs", ""), ("kept-couplings", ""))
+    begin, end = kinds[number % len(kinds)]
     path = folder / f"{begin}-{number:064x}{end}"
     path.write_bytes(bytes(size))
     os.utime(path, (used, used))

@@ -6,6 +6,8 @@ from typing import Any, dataclass_transform
 
 import jax
 
+CONSTRUCTORS = ("__init__", "__post_init__", "__check_init__")
+"""Methods that run when a part is made."""
 STATIC = "static"
 """Key in a field's metadata: what it holds decides which program is compiled."""
 
@@ -23,11 +25,20 @@ def static() -> Any:
 class Part(ABC):  # noqa: B024 - the methods that every port has to have are in the classes derived from it
     """A part of a rig. Every class derived from it is a frozen dataclass, and a tree of arrays for JAX.
 
-    It does what a module of equinox does, of which every look-up of a method takes longer than to trace what the method works out.
+    JAX makes it anew from its fields wherever it looks into it, with what it traces in place of numbers. So a class has no constructor of
+    its own, and nothing that runs after one. Two parts are equal where they are the same object. A module of equinox could do more, but to
+    look up a method of one takes longer than to trace what the method works out.
+
+    Raises:
+        TypeError: a class derived from it has such a method.
     """
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
+        if own := [name for name in CONSTRUCTORS if name in vars(cls)]:
+            raise TypeError(
+                f"{cls.__name__}.{own[0]}: a part has no constructor of its own, since JAX makes parts anew"
+            )
         held = fields(dataclass(frozen=True, eq=False)(cls))  # pyright: ignore[reportArgumentType]
         unchanging = [f.name for f in held if f.metadata.get(STATIC)]
         traced = [f.name for f in held if f.name not in unchanging]

@@ -115,4 +115,4 @@ def terms_of(numbers: Mapping[str, float]) -> list[tuple[type[Effect], dict[str,
     """
     numbers = {"axis.gravity.angle": 0.0, **numbers}  # a file may leave it out
     found = of_rig_numbers({name: jnp.asarray(value) for name, value in numbers.items()})
-    return [(type(effect), {f.name: float(getattr(effect, f.name)) for f in fields(effect)}) for effect in found]  # pyright: ignore[reportArgumentType] (modules of equinox are dataclasses)
+    return [(type(effect), {f.name: float(getattr(effect, f.name)) for f in fields(effect)}) for effect in found]  # pyright: ignore[reportArgumentType] (parts are dataclasses)

@@ -1,5 +1,7 @@
 """What a log's first 0.5 s say about its initial state, before anything is simulated."""
 
+from functools import cache
+
 import numpy as np
 
 from rwjax.kinds import SERVO, is_angle
@@ -12,14 +14,24 @@ START_S = 0.5
 """Length of the stretch from which a run's initial state is estimated [s]."""
 NO_COMMAND, NO_SHARE = 1e-3, 1e-3
 """Voltage below which there is no command [V]; of a duty, a current, a torque and a servo, the share of its largest one [1]."""
-SWING, FAR = 3.0, 6.0
-"""Scatter of a rate over the first 0.5 s, in units of its noise, above which it moves: along a smooth curve, and any other [1]."""
+SWING = 3.0
+"""Scatter over the first 0.5 s, in units of what the noise has, above which a reading moves [1]."""
 CURVE, SMOOTH = 5, 0.4
-"""A smooth curve: order of a polynomial, and the share of the scatter that it leaves at most [1]."""
+"""Order of the polynomial that stands for a smooth motion; the share of the scatter that a swing of one frequency leaves at most [1]."""
+PERIODS = (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0)
+"""Periods of a swing within the 0.5 s that are tried [1]."""
+FEW, MOST = 20, 200
+"""Readings below which noise is taken to be white, since fewer do not tell; and most of them that are asked [1]."""
+INDEPENDENT = 3.0
+"""Independent readings that a stretch is taken to have at least: less cannot be told from a motion [1]."""
+CORRELATIONS = np.array([0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99])
+"""Correlations of noise from reading to reading that are told apart [1]."""
 INTEGRAL = f"{SERVO}:integral"
 """State of a servo that the run before its first sample has left behind."""
 STANDS = 1.5
 """Range of an angle's readings, in counts, up to which it stands still [1]."""
+WITHIN = 8.0
+"""Range within which an angle that is not counted stands still, in units of its noise [1]."""
 MOVES = 3.5
 """Standard errors of a mean or a slope above which it differs from zero [1]."""
 
@@ -36,15 +48,38 @@ def first_half_second(log: Log) -> np.ndarray:
     return log.time - log.time[0] <= START_S
 
 
-def _correlation_time(left: np.ndarray) -> float:
-    r"""Samples that count as one, at least 1, of what a line through a short stretch leaves [1].
+@cache
+def _smooth(n: int) -> tuple[np.ndarray, np.ndarray]:
+    r"""A basis `(n, k)` of smooth curves over `n` readings, and the first autocorrelation of what they leave of noise with `CORRELATIONS`.
 
-    It is $(1 + \rho)/(1 - \rho)$ of noise that is an autoregression of first order. The first autocorrelation $r$ of $n$ samples is too small by
-    $(2 + 4\rho)/n$ in the mean (Marriott and Pope, Biometrika 41 (1954)).
+    The noise is an autoregression of first order, with covariance $C_{ij} = \rho^{|i-j|}$. Curves leave $M C M$ of it, of which the expected
+    autocorrelation is the first off-diagonal's sum over that of the diagonal: less than $\rho$, since a curve follows noise that wanders.
     """
-    n, square = len(left), float(left @ left)
-    r = float(left[1:] @ left[:-1]) / square if square > 0.0 else 0.0
-    rho = min(max((r + 2.0 / n) / (1.0 - 4.0 / n), 0.0), 1.0 - 2.0 / n) if n > 4 else 0.0
+    Q = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), CURVE))[0]
+    apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+    left = np.eye(n) - Q @ Q.T
+    covariances = (left @ rho**apart @ left for rho in CORRELATIONS)
+    return Q, np.array([np.trace(C, offset=1) / np.trace(C) for C in covariances])
+
+
+def _correlation(y: np.ndarray) -> float:
+    """Correlation of a stretch's noise from reading to reading, by what a smooth curve leaves of it [1]; 0 for few readings."""
+    if len(y) < FEW:
+        return 0.0
+    every = -(-len(y) // MOST)
+    y = y[::every]
+    Q, expected = _smooth(len(y))
+    left = y - Q @ (Q.T @ y)
+    square = float(left @ left)
+    found = float(left[1:] @ left[:-1]) / square if square > 0.0 else 0.0
+    most = len(y) / INDEPENDENT
+    rho = min(float(np.interp(found, expected, CORRELATIONS)), (most - 1.0) / (most + 1.0))
+    return rho ** (1.0 / every)
+
+
+def _readings_that_count_as_one(y: np.ndarray) -> float:
+    """How many readings of a stretch count as one independent reading [1]."""
+    rho = _correlation(y)
     return (1.0 + rho) / (1.0 - rho)
 
 
@@ -56,8 +91,8 @@ def _line(log: Log, name: str) -> tuple[float, float, float]:
         return (float(y[0]) if len(y) else 0.0), 0.0, np.inf
     A = np.stack([np.ones_like(t), t], axis=1)
     (value, slope), *_ = np.linalg.lstsq(A, y, rcond=None)
-    left = y - A @ (value, slope)
-    scatter = max(np.std(left), noise_of.quantisation(log, name)) * np.sqrt(_correlation_time(left))
+    scatter = max(np.std(y - A @ (value, slope)), noise_of.quantisation(log, name))
+    scatter *= np.sqrt(_readings_that_count_as_one(y))
     return float(value), float(slope), float(scatter / np.sqrt(np.sum((t - t.mean()) ** 2)))
 
 
@@ -85,59 +120,62 @@ def starts_at_rest(log: Log) -> bool:
         if len(y) < 3:
             continue
         if is_angle(name):
-            _, slope, error = _line(log, name)
-            moved = float(np.ptp(y)) > STANDS * log.resolution.get(name, 0.0)
-            if moved and abs(slope) > MOVES * error:
-                return False
-        elif _moves(y, noise_of.quantisation(log, name)) and not _contradicted(log, name, y):
+            moves = _turns(log, name)
+        else:
+            moves = _rate_moves(y, noise_of.quantisation(log, name)) and not _contradicted(log, name, y)
+        if moves:
             return False
     return True
 
 
-def _moves(rate: np.ndarray, quantisation: float) -> bool:
-    """Whether a rate [rad/s] over the first 0.5 s differs from zero, beside noise that may wander.
+def _early(log: Log, name: str) -> np.ndarray:
+    """Readings of an output over the first 0.5 s [rad, rad/s or A]."""
+    return log.outputs[name][first_half_second(log) & np.isfinite(log.outputs[name])]
 
-    It does where its mean does, or where it swings through zero and back: far beyond its noise, or along a smooth curve.
-    """
-    noise, at = max(noise_level(rate), quantisation), np.linspace(-1.0, 1.0, len(rate))
 
-    def left(order: int) -> np.ndarray:
-        order = min(order, len(rate) - 1)
-        return rate - np.polynomial.legendre.legval(at, np.polynomial.legendre.legfit(at, rate, order))
+def _turns(log: Log, name: str) -> bool:
+    """Whether an angle moves over the first 0.5 s: along a line, or to and fro."""
+    y = _early(log, name)
+    if float(np.ptp(y)) <= STANDS * log.resolution.get(name, 0.0):
+        return False
+    _, slope, error = _line(log, name)
+    return abs(slope) > MOVES * error or _swings(y, noise_of.quantisation(log, name))
 
-    error = max(float(np.std(left(1))), noise) * np.sqrt(_correlation_time(left(1)) / len(rate))
-    if abs(float(np.mean(rate))) > MOVES * error + 1e-12:
-        return True
-    swing = float(np.std(rate))
-    smooth = float(np.std(left(CURVE))) < SMOOTH * swing
-    return noise > 0.0 and swing > (SWING if smooth else FAR) * noise
+
+def _rate_moves(y: np.ndarray, quantisation: float) -> bool:
+    """Whether a rate [rad/s] over the first 0.5 s differs from zero: in the mean, or to and fro."""
+    error = max(float(np.std(y)), noise_level(y), quantisation) * np.sqrt(_readings_that_count_as_one(y) / len(y))
+    return bool(abs(np.mean(y)) > MOVES * error + 1e-12) or _swings(y, quantisation)
+
+
+def _swings(y: np.ndarray, quantisation: float) -> bool:
+    """Whether a reading scatters more than its noise, which may wander, or with one frequency."""
+    noise, scatter = max(noise_level(y), quantisation), float(np.std(y))
+    if noise == 0.0 or scatter <= SWING * noise:
+        return False
+    return bool(scatter * np.sqrt(1.0 - _correlation(y)) > SWING * noise) or _swings_evenly(y, scatter)
+
+
+def _swings_evenly(y: np.ndarray, scatter: float) -> bool:
+    """Whether a line and one frequency leave little of a reading's scatter."""
+    at, left = np.linspace(-1.0, 1.0, len(y)), scatter
+    for periods in PERIODS if len(y) >= FEW else ():
+        A = np.stack([np.ones_like(at), at, *(f(np.pi * periods * at) for f in (np.cos, np.sin))], axis=1)
+        left = min(left, float(np.std(y - A @ np.linalg.lstsq(A, y, rcond=None)[0])))
+    return left < SMOOTH * scatter
 
 
 def _contradicted(log: Log, name: str, rate: np.ndarray) -> bool:
-    """Whether the angle of a body stands still over the first 0.5 s, though it would turn visibly at the rate that is read.
-
-    Args:
-        log: The log.
-        name: Name of the rate.
-        rate: Its readings over the first 0.5 s [rad/s].
-
-    Returns:
-        True where the angle is logged and says so.
-    """
+    """Whether a body's angle stands still over the first 0.5 s, and turns later, though it would show the rate [rad/s] that is read."""
     angle = name.removesuffix("_s")
-    if angle not in log.outputs:
+    if angle not in log.outputs or len(_early(log, angle)) < 3:
         return False
-    early = first_half_second(log) & np.isfinite(log.outputs[angle])
-    t, y = log.time[early], log.outputs[angle][early]
-    if len(t) < 3:
+    y = _early(log, angle)
+    still = max(STANDS * log.resolution.get(angle, 0.0), WITHIN * noise_level(y))
+    if float(np.ptp(y)) > still or float(np.nanmax(log.outputs[angle]) - np.nanmin(log.outputs[angle])) <= still:
         return False
-    count, span = STANDS * log.resolution.get(angle, 0.0), float(t[-1] - t[0])
-    _, slope, error = _line(log, angle)
-    seen = max(MOVES * error, count / span)  # the slowest rate that the angle shows
-    if float(np.ptp(y)) > count and abs(slope) > seen:
-        return False
-    swing = float(np.std(rate)) / (2.0 * np.pi)  # one period fits into the 0.5 s
-    return max(abs(float(np.mean(rate))), swing) > seen
+    swing = float(np.std(rate)) / (2.0 * np.pi)  # of up to some 5 Hz
+    return max(abs(float(np.mean(rate))), swing) > still / START_S
 
 
 def _signed(structure: Structure, log: Log, name: str) -> float:

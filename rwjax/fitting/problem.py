@@ -112,7 +112,9 @@ class Problem:
         Returns:
             Readings `(l, w, q, y)` [rad, rad/s or A] and states at the windows' starts `(l, w, n)` [SI].
         """
-        numbers, batch = batch_within(self.program, self.structure, np.asarray(theta), self.batch)
+        numbers, batch = np.asarray(theta), self.batch
+        if self.program != self.structure:
+            numbers, batch = batch_within(self.program, self.structure, numbers, batch)
         y, nodes = free_run(self.program, numbers, start, batch, solver=self.solver)
         return np.asarray(y), np.asarray(nodes)
 

@@ -70,6 +70,12 @@ def _split(q: Equation, a: np.ndarray) -> list[np.ndarray]:
 
 
 def _reshaped(q: Equation, a: np.ndarray) -> np.ndarray:
+    if q.params["dimensions"] is not None:
+        raise Unsupported("a reshape that also transposes")
+    return a.reshape(q.avals[0].shape)
+
+
+def _squeezed(q: Equation, a: np.ndarray) -> np.ndarray:
     return a.reshape(q.avals[0].shape)
 
 
@@ -98,7 +104,8 @@ RULES: dict[str, Callable[..., Any]] = {
     **{name: _elementwise(getattr(np, name)) for name in ("tanh", "sqrt", "floor", "ceil", "square")},
     **dict.fromkeys(("add", "add_any"), _elementwise(np.add)),
     **dict.fromkeys(("convert_element_type", "copy"), _elementwise(np.asarray)),
-    **dict.fromkeys(("squeeze", "reshape"), _reshaped),
+    "squeeze": _squeezed,
+    "reshape": _reshaped,
     "sub": _elementwise(np.subtract),
     "mul": _elementwise(np.multiply),
     "div": _elementwise(np.true_divide),

@@ -96,7 +96,7 @@ class Batch(NamedTuple):
         )
 
     def with_own_numbers(self, count: int) -> "Batch":
-        """One log by itself whose numbers are given as its plant has them.
+        """The same one log, whose numbers are given as its plant has them; of a batch of one log.
 
         Args:
             count: How many numbers the plant has [1].

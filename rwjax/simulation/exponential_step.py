@@ -123,8 +123,9 @@ def _couplings(structure: Structure) -> tuple[np.ndarray, np.ndarray]:
     if kept is None:
         kept = bytearray((_linear_part_somewhere(structure) != 0.0).tobytes())
         program_files.write(path, kept)
-    A = np.frombuffer(kept, bool).reshape(len(structure.states), -1)
-    return A, np.linalg.matrix_power(np.eye(len(A), dtype=int) + A, len(A)) > 0
+    n = len(structure.states)
+    A = np.frombuffer(kept, bool).reshape(n, n)
+    return A, np.linalg.matrix_power(np.eye(n, dtype=int) + A, n) > 0
 
 
 def _linear_part_somewhere(structure: Structure) -> np.ndarray:
@@ -136,9 +137,8 @@ def _linear_part_somewhere(structure: Structure) -> np.ndarray:
 
     try:
         return worked_out(jax.make_jaxpr(function)(generic), [generic])[0]
-    except (
-        Unsupported
-    ):  # of an effect of the user's own; compiled ahead, since it is called while another program is traced
+    # reason: an effect of the user's own; compiled ahead, since this is called while another program is traced
+    except Unsupported:
         return np.asarray(jax.jit(function).lower(generic).compile()(generic))
 
 

@@ -1,5 +1,6 @@
 """Parts: frozen dataclasses whose numbers JAX traces and whose static fields decide which program is compiled."""
 
+import pickle
 from abc import abstractmethod
 from dataclasses import FrozenInstanceError, fields, replace
 
@@ -43,6 +44,17 @@ def test_every_class_is_a_frozen_dataclass_with_the_fields_of_its_base_first() -
 def test_what_a_base_asks_for_has_to_be_there() -> None:
     with pytest.raises(TypeError, match="abstract"):
         Gain(1.0)  # pyright: ignore[reportAbstractUsage]
+
+
+@pytest.mark.parametrize("name", ["__init__", "__post_init__", "__check_init__"])
+def test_a_constructor_of_its_own_is_refused_by_its_name(name: str) -> None:
+    with pytest.raises(TypeError, match=rf"Own\.{name}: a part has no constructor of its own"):
+        type("Own", (Gain,), {name: lambda self: None})
+
+
+def test_another_process_gets_it_whole() -> None:
+    part = pickle.loads(pickle.dumps(Power(2.0, "cube")))
+    assert isinstance(part, Power) and (part.k, part.name, part.more) == (2.0, "cube", None)
 
 
 def test_numbers_are_leaves_and_static_fields_are_not() -> None:

@@ -89,6 +89,12 @@ def test_what_is_not_there_is_refused_by_its_name() -> None:
         worked_out(jax.make_jaxpr(jnp.sort)(X), [X])
 
 
+def test_a_reshape_that_also_transposes_is_refused() -> None:
+    closed = jax.make_jaxpr(lambda a: jax.lax.reshape(a, (24,), (2, 0, 1)))(M)
+    with pytest.raises(Unsupported, match="transposes"):
+        worked_out(closed, [M])
+
+
 def _linear_part(structure: Structure) -> Callable:
     return lambda theta: linear_part(plant_of(structure, theta))
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from rwjax.lowering.program_files import DIGEST
 from rwjax.plant.assemble import plant_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
@@ -168,3 +169,21 @@ def test_the_exponential_functions_are_those_of_scipy(inductance: float, h: floa
     for block in range(3):
         columns = slice(block * n, (block + 1) * n)
         assert np.max(np.abs(found[:, columns] - exact[:, columns])) < 1e-9 * np.max(np.abs(exact[:, columns]))
+
+
+def test_which_entries_are_worked_out_is_kept_on_disk(tmp_path: Path) -> None:
+    structure = structure_of(platform()).with_effects("axis.spring", "axis.imbalance", "drive.bias", "sensor.scale")
+    theta = jnp.asarray(0.3 + 0.01 * np.arange(len(structure.names)))
+    before = jax.config.values["jax_compilation_cache_dir"]
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    try:
+        prepared = EXPONENTIAL_STEP.prepare(plant_of(structure, theta), jnp.asarray(0.005))
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+    (kept,) = tmp_path.glob("kept-couplings-*")
+    n = len(structure.states)
+    pattern = np.frombuffer(kept.read_bytes()[DIGEST:], bool).reshape(n, n)
+    assert np.array_equal(np.asarray(prepared.A) != 0.0, pattern)
+    assert np.array_equal(
+        pattern, [[False, True], [True, True]]
+    )  # psi' = w; a spring and a weight, and friction, act on w
