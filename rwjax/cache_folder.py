@@ -1,8 +1,8 @@
 """The folder of compiled programs: where it lies, who can change it, how large it grows.
 
 JAX's compiled programs, the traced ones of `simulation/program_cache.py` and the machine code of `lowering/kept.py` lie in it, and what
-`simulation/exponential_step.py` keeps of a plant. Programs are executed. Whoever can write the folder, or put another in its place, can run code as the user who reads it. So a folder that others can
-change is not used. If the user named it, that is an error: the user meant it and can put it right. The default folder is left out with a
+`simulation/exponential_step.py` keeps of a plant. Programs are executed. Whoever can write the folder, or put another in its place, can
+run code as the user who reads it. So a folder that others can change is not used. If the user named it, that is an error: the user meant it and can put it right. The default folder is left out with a
 note: nobody asked for it, and without it a command takes longer and gives the same.
 """
 

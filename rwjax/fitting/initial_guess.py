@@ -53,7 +53,7 @@ def _smooth(n: int) -> tuple[np.ndarray, np.ndarray]:
     r"""A basis `(n, k)` of smooth curves over `n` readings, and the first autocorrelation of what they leave of noise with `CORRELATIONS`.
 
     The noise is an autoregression of first order, with covariance $C_{ij} = \rho^{|i-j|}$. Curves leave $M C M$ of it, of which the expected
-    autocorrelation is the first off-diagonal's sum over that of the diagonal: less than $\rho$, since a curve follows noise that wanders.
+    autocorrelation is the first off-diagonal's sum over that of the diagonal: less than $\rho$, since a curve follows slow noise.
     """
     Q = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), CURVE))[0]
     apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
@@ -100,7 +100,7 @@ def starts_at_rest(log: Log) -> bool:
     """Whether input and rates cannot be distinguished from zero over the first 0.5 s.
 
     The command at the last of these samples acts after it, and is not considered. Nor is a current, which may have an offset, or a rate that
-    the same body's angle contradicts by standing still: a gyroscope has an offset and noise that wanders.
+    the same body's angle contradicts by standing still: a gyroscope has an offset and coloured noise.
 
     Args:
         log: The log.
@@ -149,7 +149,7 @@ def _rate_moves(y: np.ndarray, quantisation: float) -> bool:
 
 
 def _swings(y: np.ndarray, quantisation: float) -> bool:
-    """Whether a reading scatters more than its noise, which may wander, or with one frequency."""
+    """Whether a reading scatters more than its noise, which may be coloured, or with one frequency."""
     noise, scatter = max(noise_level(y), quantisation), float(np.std(y))
     if noise == 0.0 or scatter <= SWING * noise:
         return False

@@ -184,6 +184,4 @@ def test_which_entries_are_worked_out_is_kept_on_disk(tmp_path: Path) -> None:
     n = len(structure.states)
     pattern = np.frombuffer(kept.read_bytes()[DIGEST:], bool).reshape(n, n)
     assert np.array_equal(np.asarray(prepared.A) != 0.0, pattern)
-    assert np.array_equal(
-        pattern, [[False, True], [True, True]]
-    )  # psi' = w; a spring and a weight, and friction, act on w
+    assert np.array_equal(pattern, [[False, True], [True, True]])  # psi' = w; what turns with psi and w acts on w
