@@ -50,7 +50,8 @@ def outcome(
 
     Returns:
         Where something was changed: `named`, `in part`, `wrong` or the verdict that claims nothing; `named with others` where sets stand
-        beside the changed names that hold others. Where nothing was: `nothing` for such a verdict, `published` where one of the sets
+        beside the changed names that hold others; `beside published` where no set is of changed names alone, and one is of some of them
+        and of published effects, which the rig file lacks. Where nothing was: `nothing` for such a verdict, `published` where one of the sets
         is of published effects alone, which are no change, and else `wrong`.
     """
     if not changed:
@@ -64,7 +65,12 @@ def outcome(
     inside = [len(e) == len(said) and e <= wanted for e, said in zip(true, sets, strict=True)]
     if wanted in (e for e, right in zip(true, inside, strict=True) if right):
         return "named" if all(inside) else "named with others"
-    return "in part" if any(inside) else "wrong"
+    if any(inside):
+        return "in part"
+    beside = any(
+        len(e) == len(said) and e & wanted and e <= wanted | {*published} for e, said in zip(true, sets, strict=True)
+    )
+    return "beside published" if beside else "wrong"
 
 
 def line(pair: Pair, most: float) -> dict:
@@ -110,7 +116,7 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "real.jsonl")
-    parser.add_argument("--set", dest="name", choices=("develop", "frozen"), default="develop")
+    parser.add_argument("--set", dest="name", choices=("develop", "frozen", "repeated"), default="develop")
     parser.add_argument("--most", type=float, default=float("inf"), metavar="SECONDS", help="of a diagnosis")
     parser.add_argument(
         "--fair", action="store_true", help="print what fitted rigs leave of all pairs, and diagnose nothing"
