@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -108,15 +109,10 @@ def fit(
     train = cut_up(runs)
     structure, noise = structure_of(rig), pooled_noise(tuple(runs))
     _check_free(rig, structure)
-    problem = pose(
-        structure,
-        train,
-        noise,
-        per_run=rig.per_run,
-        prior=rig.prior,
-        refine=refine * finer(structure, train),
-        solver=solver.suited(rig, train),
-    )
+    suited, parts = solver.suited(rig, train), finer(structure, train)
+    posed = partial(pose, structure, train, noise, per_run=rig.per_run, prior=rig.prior, solver=suited)
+    problem = posed(refine=refine * parts)
+    coarse = problem if parts == 1 or suited.smooth else posed(refine=refine)
     shared, estimated = theta_of(rig, structure), {*rig.free} - {*rig.per_run}
     free = np.array([k >= len(shared) or name in estimated for k, name in enumerate(problem.names)])
     theta, bounds, size = (
@@ -124,9 +120,13 @@ def fit(
     )
     moves = coordinates(theta, free, bounds, size, prior=bool(rig.prior))
     begins = [moves.clip(np.where(free, factor * theta, theta)) for factor in OFF_BY]
-    best = _first_fit(problem, moves, begins, progress)
+    best = roughly = _first_fit(coarse, moves, begins, progress)
     if rig.prior:  # a prior counts as many readings as carry the information of one, which the fit now tells
-        best = _fit_again(replace(problem, prior_weight=readings_per_independent_one(best)), best)
+        weight = readings_per_independent_one(best)
+        best = roughly = _fit_again(replace(coarse, prior_weight=weight), best)
+    if coarse is not problem:
+        progress("fitting, in finer steps")
+        best = _in_finer_steps(problem, roughly)
     _check_run(rig, best)
     found = uncertainty(best)
     notes = [
@@ -141,7 +141,7 @@ def fit(
     smooth, estimate = problem.solver.acts_on(rig), _estimated_rig(rig, best, found)
     notes += [*_bent(problem.solver, smooth), *_misfit(best, smooth), *_far_from_prior(rig, best)]
     notes += negative_friction(rig.free, estimate.values)
-    interval, of_intervals = intervals(best, found, bootstrap, progress)
+    interval, of_intervals = intervals(best, found, bootstrap, progress, roughly)
     return RigFit(estimate, best, found, interval, _rms(best), tuple(notes + of_intervals))
 
 
@@ -195,6 +195,13 @@ def _fit_again(problem: Problem, fitted: Fit) -> Fit:
 
         return fit_again(problem, fitted)
     return fit_from_start(least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start, most_steps=0))
+
+
+def _in_finer_steps(problem: Problem, fitted: Fit) -> Fit:
+    """The fit to a problem that differs by its time steps alone, from an earlier one that was carried past all ridges."""
+    same = fitted.problem
+    problem = replace(problem, initial_state_from_start=same.initial_state_from_start, prior_weight=same.prior_weight)
+    return least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start)
 
 
 def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:

@@ -29,7 +29,7 @@ Intervals = dict[str, tuple[float, float]]
 
 
 def intervals(
-    fitted: Fit, errors: Uncertainty, draws: int, progress: Callable[[str], None]
+    fitted: Fit, errors: Uncertainty, draws: int, progress: Callable[[str], None], roughly: Fit | None = None
 ) -> tuple[Intervals, list[str]]:
     """95 % interval of each free number.
 
@@ -40,6 +40,7 @@ def intervals(
         errors: Its standard errors.
         draws: Refits of the bootstrap, 0 for none [1].
         progress: Hears of what takes long.
+        roughly: The same fit in coarser time steps, whose profiles take less time and tell as well how far a number may go.
 
     Returns:
         The intervals [SI], and a sentence for each that does not come from the standard error.
@@ -69,7 +70,7 @@ def intervals(
             progress(f"how far {name} may go, {k + 1} of {len(fitted.free)} numbers")
             unit = float(error if np.isfinite(error) else FIRST_STEP * moves.size[k])
             try:
-                ends = interval(fitted, int(moves.index[k]), float(errors.inflation[k]), unit, check)
+                ends = _profile(fitted, roughly or fitted, k, float(errors.inflation[k]), unit, check)
             except _OutOfTime:
                 found[name] = max(low, float(moves.bounds[k, 0])), min(high, float(moves.bounds[k, 1]))
                 notes.append(
@@ -82,6 +83,19 @@ def intervals(
                 f"{name}: {interval_words(*ends, 3, (low, high))} by its profile, since a standard error says little"
             )
     return found, notes
+
+
+def _profile(
+    fitted: Fit, profiled: Fit, k: int, inflation: float, unit: float, check: Callable[[], None]
+) -> tuple[float, float]:
+    """95 % interval of a free number by the profile of a fit that ends elsewhere by its time steps alone; none goes past a bound."""
+    number, (least, most) = int(fitted.coordinates.index[k]), map(float, fitted.coordinates.bounds[k])
+    low, high = interval(profiled, number, inflation, unit, check)
+    moved = float(fitted.theta[number] - profiled.theta[number])
+    return (
+        least if low <= least else max(low + moved, least),
+        most if high >= most else min(high + moved, most),
+    )
 
 
 class _OutOfTime(Exception):

@@ -1,5 +1,7 @@
 """Three kinds of interval."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from rwjax.fitting.bootstrap import bootstrap
 from rwjax.fitting.fit import fit
 from rwjax.fitting.intervals import interval_words
 from rwjax.fitting.profile import interval
+from rwjax.fitting.uncertainty import uncertainty
 from rwjax.plant.from_rig import SMALLEST
 from rwjax.rig.model import Rig
 from tests.fitting.logs import ALL, FREE, log_of
@@ -90,3 +93,30 @@ def test_a_profile_that_takes_too_long_is_left_to_the_standard_error(monkeypatch
     assert low <= found.interval[name][0] < found.interval[name][1] <= high
     assert f"{name}: a standard error says little; there is no profile" in "\n".join(found.notes)
     assert not any("by its profile" in note for note in found.notes)
+
+
+def test_the_profile_of_a_fit_in_other_time_steps_tells_the_same_ends() -> None:
+    rig, log = held_at_zero()
+    coarse, fine = fit(rig, [log]), fit(rig, [log], refine=2)
+    ends, notes = intervals.intervals(fine.fit, fine.uncertainty, 0, lambda text: None, coarse.fit)
+    assert fine.fit.problem.batch.h[0] < coarse.fit.problem.batch.h[0]
+    assert any("axis.friction.coulomb" in note and "by its profile" in note for note in notes)
+    for name, (low, high) in fine.interval.items():
+        assert ends[name] == pytest.approx((low, high), abs=0.02 * (high - low)), name
+
+
+def test_the_ends_of_a_profile_lie_about_the_estimate_and_none_past_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig, log = held_at_zero()
+    found = fit(rig, [log]).fit
+    along, errors = np.eye(len(found.theta))[found.coordinates.index[2]], uncertainty(found)
+    least, most = found.coordinates.bounds[2]
+    for away, ends, wanted in (
+        (0.0, (1.0, 2.0), (1.0, 2.0)),
+        (-0.25, (1.0, 2.0), (1.25, 2.25)),
+        (-0.25, (-np.inf, np.inf), (least, most)),
+        (9.0, (8.0, 10.0), (least, 1.0)),
+    ):
+        profiled = replace(found, theta=found.theta + away * along)
+        monkeypatch.setattr(intervals, "interval", lambda *given, ends=ends: ends)
+        told, _ = intervals.intervals(found, errors, 0, lambda text: None, profiled)
+        assert told["axis.friction.coulomb"] == pytest.approx(wanted)
