@@ -22,7 +22,7 @@ def main(folder: Path) -> None:
     problem, theta = pose(structure, read_logs(sorted(folder.glob("*.csv")), rig)), theta_of(rig, structure)
     structure = problem.structure
     log = np.zeros(BATCH, int)
-    batch, windows = problem.batch.inputs_of(log), problem.batch.windows
+    batch, windows = problem.batch.of(0), problem.batch.windows
     free = np.array([k for k, name in enumerate(structure.names) if name in rig.free])
     nodes = np.repeat(problem.start[:, None], problem.batch.windows, axis=1)
 

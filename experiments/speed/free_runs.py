@@ -29,7 +29,7 @@ def lanes(length: float, added: tuple[Added, ...]) -> tuple[Problem, np.ndarray]
 def batched(problem: Problem, theta: np.ndarray) -> Callable[[], np.ndarray]:
     """The call of `rwjax.fitting.batched_runs` for a full batch of runs of one log; it returns readings `(b, w, q, y)`."""
     one = np.zeros(BATCH, int)
-    batch, start, windows = problem.batch.inputs_of(one), problem.start[one], int(problem.batch.windows_of[0])
+    batch, start, windows = problem.batch.of(0), problem.start[one], int(problem.batch.windows_of[0])
 
     def call() -> np.ndarray:
         y = free_runs(problem.structure, theta, start, windows, batch, solver=problem.solver)

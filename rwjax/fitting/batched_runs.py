@@ -63,7 +63,7 @@ class _Request:
 
     @cached_property
     def program(self) -> int:
-        """Number of the program and the batch: runs of the same one may share a call, whatever their logs."""
+        """Number of the program and the batch: runs of the same one and of the same log may share a call."""
         batch = self.wanted.problem.batch
         return hash((self.code, self.wanted.windows, id(batch.slot_step), id(batch.u_command)))
 
@@ -73,18 +73,15 @@ class _Request:
         problem = self.wanted.problem
         return hash((problem.program, problem.solver, problem.batch.slot_step.shape))
 
-    def given(self, runs: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers of the plants of some runs in their program `(r, p)`, their first states `(r, n)` [SI], and the runs' logs `(r,)`."""
-        wanted, problem = self.wanted, self.wanted.problem
-        b, of = np.divmod(np.asarray(runs), len(wanted.logs))
-        logs = np.asarray(wanted.logs)[of]
-        own = wanted.theta[b[:, None], problem.batch.theta_index[logs]] + problem.batch.theta_offset[logs]
-        return numbers_within(problem.program, problem.structure, own), wanted.start[b, logs], logs
+    def given(self, runs: Sequence[int], log: int) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the plants of some runs of a log in their program `(r, q)`, and their first states `(r, n)` [SI]."""
+        wanted, problem, b = self.wanted, self.wanted.problem, np.asarray(runs) // len(self.wanted.logs)
+        own = wanted.theta[b][:, problem.batch.theta_index[log]] + problem.batch.theta_offset[log]
+        return numbers_within(problem.program, problem.structure, own), wanted.start[b, log]
 
-    @property
-    def shared(self) -> tuple[int, int]:
+    def shared(self, run: int) -> tuple[int, int, int]:
         """What runs that may share a call have in common."""
-        return self.code, self.program
+        return self.code, self.program, int(self.wanted.logs[run % len(self.wanted.logs)])
 
 
 called: set[int] = set()
@@ -94,13 +91,14 @@ _Run = tuple[_Request, int]
 
 
 def _simulated(runs: list[_Run]) -> np.ndarray:
-    """Readings of up to `BATCH` runs of one program and batch."""
-    wanted = runs[0][0].wanted
-    problem = wanted.problem
+    """Readings of up to `BATCH` runs of one log."""
+    first, run = runs[0]
+    wanted, problem = first.wanted, first.wanted.problem
+    log = int(wanted.logs[run % len(wanted.logs)])
     of_searches = (list(of) for _, of in groupby(runs, key=lambda one: one[0].search))
-    given = zip(*(of[0][0].given([number for _, number in of]) for of in of_searches), strict=True)
-    numbers, start, logs = (np.concatenate(part) for part in given)
-    batch = problem.batch.inputs_of(logs).with_own_numbers(numbers.shape[1])
+    given = zip(*(of[0][0].given([number for _, number in of], log) for of in of_searches), strict=True)
+    numbers, start = (np.concatenate(part) for part in given)
+    batch = problem.batch.of(log).with_own_numbers(numbers.shape[1])
     return free_runs(problem.program, numbers, start, wanted.windows, batch, solver=problem.solver)
 
 
@@ -139,7 +137,7 @@ class _Schedule:
         self.searches = searches
         self.found: dict[int, Any] = {}
         self.ready: list[tuple[int, np.ndarray | None]] = [(number, None) for number in reversed(range(len(searches)))]
-        self.waiting: dict[tuple[int, int], list[_Run]] = {}
+        self.waiting: dict[tuple[int, int, int], list[_Run]] = {}
         self.in_the_making: set[int] = set()
         self.busy = 0
         self.stopped = False
@@ -172,8 +170,8 @@ class _Schedule:
                     self.busy += 1
                     return partial(self._resume, *self.ready.pop())
                 if fullest:
-                    request, _ = fullest[0]
-                    shared = request.shared
+                    request, run = fullest[0]
+                    shared = request.shared(run)
                     del self.waiting[shared]
                     if fullest[BATCH:]:
                         self.waiting[shared] = fullest[BATCH:]
@@ -194,7 +192,8 @@ class _Schedule:
             return
         request = _Request(number, wanted)
         with self.changed:
-            self.waiting.setdefault(request.shared, []).extend((request, run) for run in range(request.missing))
+            for run in range(request.missing):
+                self.waiting.setdefault(request.shared(run), []).append((request, run))
 
     def _simulate(self, runs: list[_Run]) -> None:
         for (request, run), y in zip(runs, _simulated(runs), strict=True):

@@ -96,16 +96,16 @@ class Batch(NamedTuple):
         )
 
     def with_own_numbers(self, count: int) -> "Batch":
-        """The same logs, whose numbers are given for each of them as its plant has them.
+        """The same one log, whose numbers are given as its plant has them; of a batch of one log.
 
         Args:
-            count: How many numbers a plant has [1].
+            count: How many numbers the plant has [1].
 
         Returns:
-            A batch of as many logs.
+            A batch of one log.
         """
-        logs = len(self.h)
-        return self._replace(theta_index=np.tile(np.arange(count), (logs, 1)), theta_offset=np.zeros((logs, count)))
+        own = np.arange(count)[None]
+        return self._replace(theta_index=own, theta_offset=np.zeros(own.shape))
 
     def until(self, time: float) -> "Batch":
         """The windows in which the beginning of every log lies.

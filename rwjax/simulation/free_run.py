@@ -41,11 +41,19 @@ def free_run(
     """
     if not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((theta, start, batch))):
         theta, start = np.asarray(theta), np.asarray(start)
-        own = theta[batch.theta_index] + batch.theta_offset
-        found = machine_code.runs(structure, own, start, batch.windows, batch.with_own_numbers(own.shape[1]), solver)
-        if found is not None:
-            return found
+        found = [_of_log(structure, theta, x, batch, log, solver) for log, x in enumerate(start)]
+        if found and all(run is not None for run in found):
+            return tuple(np.concatenate(part) for part in zip(*found, strict=True))
     return _free_run(structure, theta, start, batch, solver=solver)
+
+
+def _of_log(
+    structure: Structure, theta: np.ndarray, start: np.ndarray, batch: Batch, log: int, solver: Solver
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """`free_run` of one log by machine code, with a first axis of one run."""
+    own = theta[batch.theta_index[log]] + batch.theta_offset[log]
+    alone = batch.of(log).with_own_numbers(len(own))
+    return machine_code.runs(structure, own[None], start[None], batch.windows, alone, solver)
 
 
 @stored(tuple)
@@ -63,14 +71,14 @@ def free_runs(
     *,
     solver: Solver = EXACT,
 ) -> Float[np.ndarray, "b w q y"]:
-    """Readings of the first windows of several runs, each of a log with numbers and a first state of its own.
+    """Readings of the first windows of one log, of several runs with numbers and first states of their own.
 
     Args:
         structure: What the plant is made of.
         theta: Numbers `(b, t)` for each run [SI].
         start: First states `(b, n)` [SI].
         windows: How many windows to simulate [1].
-        batch: The log of each run, with numbers as its plant has them.
+        batch: The log.
         solver: What moves the plant through it.
 
     Returns:
@@ -83,7 +91,7 @@ def free_runs(
         b = len(theta)
         fill = -b % ROWS
         theta, start = (np.concatenate([a, np.repeat(a[-1:], fill, axis=0)]) for a in (theta, start))
-        runs = batch.inputs_of(np.minimum(np.arange(b + fill), b - 1))
+        runs = batch.inputs_of(np.zeros(b + fill, int))
         found = np.asarray(_free_runs(structure, theta, start, np.array(windows), runs, solver=solver))[:b]
     return found[:, :windows]
 

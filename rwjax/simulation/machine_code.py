@@ -1,11 +1,11 @@
-"""Which programs of the simulation are lowered, and what lies in their lanes.
+"""Which programs of the simulation are lowered, one log at a time, and what lies in their lanes.
 
-Free runs: the lanes are runs, each of a log of its own with numbers and a first state of its own. Windows of one log with derivatives: the
-lanes are windows. Continuity of the windows: the lanes are columns of the derivative. Each function gives None where its program runs
-through XLA instead.
+Free runs of one log: the lanes are runs with numbers and first states of their own. Windows of one log with derivatives: the lanes are
+windows. Continuity of the windows: the lanes are columns of the derivative. Each function gives None where its program runs through
+XLA instead.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -23,15 +23,15 @@ from rwjax.simulation.windows import plant_of_run
 SAME, OF_LANE, OF_DIRECTION = Spread(), Spread(lanes=True), Spread(directions=True)
 READ = ("slot_sample", "reading", "weight", "share")
 """Entries of a batch that no simulation needs."""
-OF_NO_RUN = (*WITHOUT_LOG_AXIS, "theta_index", "theta_offset")
-"""Entries that are the same for all runs whose numbers are given as their plants have them."""
 
 
-def _inputs(batch: Batch) -> tuple[dict[str, np.ndarray], Callable[[Sequence], Batch]]:
-    """What a simulation needs of a batch, by name, and what makes one log of a batch of its values."""
-    needed = {name: np.asarray(a) for name, a in batch._asdict().items() if name not in READ}
+def _leaves(batch: Batch, log: int) -> tuple[list[np.ndarray], Callable[[list], Batch]]:
+    """What a simulation needs of a log, and what makes one log of a batch of it."""
+    names = [name for name in batch._fields if name not in READ]
+    every = (getattr(batch, name) for name in names)
+    held = [np.asarray(a if name in WITHOUT_LOG_AXIS else a[log]) for name, a in zip(names, every, strict=True)]
     absent = dict.fromkeys(READ, batch.h)
-    return needed, lambda values: Batch(**dict(zip(needed, values, strict=True)), **absent)
+    return held, lambda values: Batch(**dict(zip(names, values, strict=True)), **absent)
 
 
 def _program(
@@ -52,33 +52,31 @@ def _program(
 def runs(
     structure: Structure, theta: np.ndarray, start: np.ndarray, windows: int, batch: Batch, solver: Solver
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """First windows of free runs, each of a log of its own with numbers and a first state of its own.
+    """First windows of free runs of one log, each with numbers and a first state of its own.
 
     Args:
         structure: What the plant is made of.
-        theta: Numbers `(b, p)` of each run's plant [SI].
+        theta: Numbers `(b, t)` for each run [SI].
         start: First states `(b, n)` [SI].
         windows: How many windows to simulate [1].
-        batch: The log of each run `(b)`, with numbers as its plant has them.
+        batch: The log.
         solver: What moves the plant through it.
 
     Returns:
         Readings `(b, w, q, y)` [rad, rad/s or A] and states at the windows' starts `(b, w, n)` [SI]; those of later windows do not count.
     """
-    needed, run_of = _inputs(batch)
-    held = [a[0] if name in ("theta_index", "theta_offset") else a for name, a in needed.items()]
+    held, run_of = _leaves(batch, 0)
 
     def function(theta: Array, start: Array, windows: Array, *values: Array) -> Any:
-        run = run_of(values)
+        run = run_of(list(values))
         return solver.beginning(plant_of_run(structure, theta, run), run, start, windows)
 
-    same = [name in OF_NO_RUN for name in needed]
-    one = [a if alike else np.asarray(a[0]) for a, alike in zip(held, same, strict=True)]
-    given = [OF_LANE, OF_LANE, SAME, *(SAME if alike else OF_LANE for alike in same)]
-    program = _program("runs", structure, solver, function, [theta[0], start[0], np.array(windows), *one], given)
+    shared = [np.array(windows), *held]
+    given = [OF_LANE, OF_LANE, *[SAME] * len(shared)]
+    program = _program("runs", structure, solver, function, [theta[0], start[0], *shared], given)
     if program is None:
         return None
-    y, nodes = program([theta, start, np.array(windows), *held], rows=len(theta))
+    y, nodes = program([theta, start, *shared], rows=len(theta))
     return y, nodes
 
 
@@ -106,8 +104,7 @@ def sensitivities(
         Readings `(w, q, y)` [rad, rad/s or A], states at the windows' ends `(w, n)` [SI], and the derivatives of both by the numbers
         and by the first state `(k+n, w, q, y)` and `(k+n, w, n)`.
     """
-    needed, run_of = _inputs(batch)
-    held = [a if name in WITHOUT_LOG_AXIS else np.asarray(a[log]) for name, a in needed.items()]
+    held, run_of = _leaves(batch, log)
     (W, n), k = nodes.shape, len(numbers)
 
     def one(theta: Array, node: Array, w: Array, run: Batch) -> tuple[Array, Array]:
@@ -116,7 +113,7 @@ def sensitivities(
         return y, end
 
     def function(theta: Array, node: Array, w: Array, d_theta: Array, d_node: Array, *values: Array) -> Any:
-        run = run_of(values)
+        run = run_of(list(values))
         found, moved = jax.jvp(lambda a, b: one(a, b, w, run), (theta, node), (d_theta, d_node))
         return (*found, *moved)
 

@@ -22,7 +22,7 @@ def test_the_first_windows_are_those_of_the_whole_run(case: str) -> None:
     start = np.array([[0.0, 1.0], [0.2, -1.0]])
     whole, nodes = (np.asarray(a) for a in free_run(structure, theta, start, batch))
     other = theta * np.where(np.array(structure.names) == "axis.inertia", 1.1, 1.0)
-    first = free_runs(structure, np.stack([theta, other]), start[[1, 1]], 2, batch.inputs_of(np.array([1, 1])))
+    first = free_runs(structure, np.stack([theta, other]), start[[1, 1]], 2, batch.of(1))
     assert batch.windows > 2 and nodes.shape == (2, batch.windows, 2) and first.shape[1] == 2
     assert first[0] == pytest.approx(whole[1, :2], rel=1e-12, abs=1e-15)
     assert np.max(np.abs(first[1] - whole[1, :2])) > 1e-4  # numbers of its own

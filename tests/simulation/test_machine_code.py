@@ -88,20 +88,19 @@ def test_lowered_programs_are_those_of_xla(name: str, monkeypatch: pytest.Monkey
     begin = {"w": 1.0, "Omega": 20.0, "w_1": 1.0, "w_2": 0.5, "Omega_1": 20.0, "Omega_2": 10.0}
     start = np.array([[begin.get(state, 0.0) for state in structure.states]])
     several = theta * (1.0 + 1e-3 * np.arange(3)[:, None]), np.repeat(start, 3, axis=0)
-    three = batch.inputs_of(np.zeros(3, int))
-    assert machine_code.runs(structure, *several, 2, three, EXACT) is not None
+    assert machine_code.runs(structure, *several, 2, batch, EXACT) is not None
     y, nodes = free_run(structure, theta, start, batch)
     off = np.asarray(nodes) * (1.0 + 0.01 * np.cos(np.arange(batch.windows)))[:, None]  # windows that do not join
     numbers = np.arange(len(theta))
     assert machine_code.sensitivities(structure, theta, numbers, off[0], batch, 0, EXACT) is not None
-    runs, e = free_runs(structure, *several, 2, three), evaluate(structure, theta, numbers, off, batch)
+    runs, e = free_runs(structure, *several, 2, batch), evaluate(structure, theta, numbers, off, batch)
     monkeypatch.setenv(THROUGH_XLA, "1")
     wanted = free_run(structure, theta, start, batch)
     steps = len(batch.step_index) * batch.windows
     moved = _moved(structure, theta, start, batch)
     _close(y, wanted[0], 1e-14 * steps, moved=2.0 * moved[0])  # rounding of every step, and what becomes of it
     _close(nodes, wanted[1], 1e-14 * steps, moved=2.0 * moved[1])
-    _close(runs, free_runs(structure, *several, 2, three), 1e-14 * steps)
+    _close(runs, free_runs(structure, *several, 2, batch), 1e-14 * steps)
     x, n = evaluate(structure, theta, numbers, off, batch), len(structure.states)
     kept = np.concatenate([numbers, np.arange(len(x.local) - n, len(x.local))])  # XLA's program adds columns of zeros
     rounded = evaluate(structure, theta, numbers, off, batch, solver=Exact(stepper=_OtherwiseRounded()))

@@ -76,7 +76,6 @@ def test_the_motion_is_that_of_a_program_of_its_own(name: str) -> None:
     structure, theta, batch = CASES[name]()
     numbers = theta * np.random.default_rng(0).uniform(0.98, 1.02, (3, len(theta)))
     start = np.zeros((3, len(structure.states)))
-    batch = batch.inputs_of(np.zeros(3, int))
     own = free_runs(structure, numbers, start, batch.windows, batch)
     program = with_light_effects(structure)
     given = numbers_within(program, structure, numbers)
