@@ -39,6 +39,8 @@ from experiments.blind.score import (
     times,
     worth,
 )
+from experiments.real.published import PUBLISHED
+from experiments.real.run import outcome as outcome_of_pair
 from experiments.speed.table import Table, markdown
 from rwjax.diagnosis.settings import Limits, PartialSettings
 from rwjax.diagnosis.verdict import CLAIMS
@@ -47,7 +49,7 @@ from rwjax.rig.columns import unit_of
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs" / "verdict.md", ROOT / "docs" / "measured.md"
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
-MEASURED_FILES = SETS, PAIRS, LATER_PAIRS = "sets", "frozen", "frozen_later"
+MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED = "sets", "frozen", "frozen_later", "repeated"
 """Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld, by two searches."""
 ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_again"
 """Folder and file of the same questions asked otherwise."""
@@ -57,7 +59,7 @@ FINAL = "final"
 FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 FRESH, NEWEST = "fresh", "fresh_further"
-FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third"
+FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy"
 """Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of three later searches."""
 OTHERS = "third_others"
 """File of wheels and platforms of the set `third` with two causes, one outside the list, or nothing missing."""
@@ -264,7 +266,7 @@ def measured_sets() -> Block:
 
 
 CHANGED = "gain of the servo", "payload or arm", "motor"
-OF_PAIRS = "named", "named with others", "in part", "wrong"
+OF_PAIRS = "named", "named with others", "in part", "beside published", "wrong"
 """Outcomes of `experiments.real.run` that name something."""
 
 
@@ -277,6 +279,12 @@ def what_was_changed(line: Line) -> str:
     return "gain of the servo" if all("kp" in name for name in line["changed"]) else "payload or arm"
 
 
+def worth_of_pair(line: Line) -> str:
+    """The outcome of a pair by today's rule, whatever its line says."""
+    sets = [line["effects"], *line["alternatives"]]
+    return outcome_of_pair(line["verdict"], sets, line["changed"], PUBLISHED[line["data"]].present)
+
+
 def measured_pairs(name: str) -> Block:
     """What is said of pairs of measured set-ups in a file of results, by what was changed."""
     among, rows = lines(name), []
@@ -285,11 +293,12 @@ def measured_pairs(name: str) -> Block:
     for what, group in groups.items():
         if not group:
             continue
-        count = Counter(line["outcome"] for line in group)
+        count = Counter(worth_of_pair(line) for line in group)
         rest = len(group) - sum(count[one] for one in OF_PAIRS)
         told = [share(count[one], len(group)) for one in OF_PAIRS]
         rows.append([what, str(len(group)), *told, share(rest, len(group))])
-    head = ["changed", "pairs", "named alone", "in a set with another", "in part", "a false name", "nothing said"]
+    named = ["named alone", "in a set with another", "in part", "beside what is published"]
+    head = ["changed", "pairs", *named, "a false name", "nothing said"]
     return Block((name,), Table("Pairs of measured set-ups", head, rows))
 
 
@@ -316,6 +325,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "measured-sets": measured_sets,
     "measured-pairs": partial(measured_pairs, PAIRS),
     "measured-pairs-later": partial(measured_pairs, LATER_PAIRS),
+    "measured-pairs-repeated": partial(measured_pairs, REPEATED),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),

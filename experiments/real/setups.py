@@ -96,7 +96,9 @@ class Servos(NamedTuple):
             files = [need() / data / f"{run}_{member}.csv" for run in runs or THREE]
             own = self._rig_of(member).numbers
             differs = {name: own[name] - value for name, value in told.items() if own[name] != value}
-            found += [replace(log, added=differs) for log in read_logs([f for f in files if f.exists()], rig)]
+            found += [
+                replace(log, added=log.added | differs) for log in read_logs([f for f in files if f.exists()], rig)
+            ]
         return found
 
 

@@ -126,7 +126,7 @@ def fit(
         best = roughly = _fit_again(replace(coarse, prior_weight=weight), best)
     if coarse is not problem:
         progress("fitting, in finer steps")
-        best = _in_finer_steps(problem, roughly)
+        best = _fit_again(replace(problem, prior_weight=roughly.problem.prior_weight), roughly)
     _check_run(rig, best)
     found = uncertainty(best)
     notes = [
@@ -189,19 +189,12 @@ def _first_fit(problem: Problem, moves: Coordinates, begins: list[np.ndarray], p
 
 
 def _fit_again(problem: Problem, fitted: Fit) -> Fit:
-    """The fit to a problem with other priors, from an earlier one."""
+    """The fit to a problem with other priors or finer steps, from an earlier one."""
     if problem.solver.smooth:
         from rwjax.fitting.smooth_fit import fit_again
 
         return fit_again(problem, fitted)
     return fit_from_start(least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start, most_steps=0))
-
-
-def _in_finer_steps(problem: Problem, fitted: Fit) -> Fit:
-    """The fit to a problem that differs by its time steps alone, from an earlier one that was carried past all ridges."""
-    same = fitted.problem
-    problem = replace(problem, initial_state_from_start=same.initial_state_from_start, prior_weight=same.prior_weight)
-    return least_squares(problem, fitted.coordinates, fitted.theta, start=fitted.start)
 
 
 def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:

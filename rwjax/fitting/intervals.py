@@ -86,16 +86,14 @@ def intervals(
 
 
 def _profile(
-    fitted: Fit, profiled: Fit, k: int, inflation: float, unit: float, check: Callable[[], None]
+    fitted: Fit, roughly: Fit, k: int, inflation: float, unit: float, check: Callable[[], None]
 ) -> tuple[float, float]:
-    """95 % interval of a free number by the profile of a fit that ends elsewhere by its time steps alone; none goes past a bound."""
-    number, (least, most) = int(fitted.coordinates.index[k]), map(float, fitted.coordinates.bounds[k])
-    low, high = interval(profiled, number, inflation, unit, check)
-    moved = float(fitted.theta[number] - profiled.theta[number])
-    return (
-        least if low <= least else max(low + moved, least),
-        most if high >= most else min(high + moved, most),
-    )
+    """95 % interval of a free number by the profile of a rougher fit, or of the fit itself where that one's does not hold the estimate."""
+    number = int(fitted.coordinates.index[k])
+    low, high = interval(roughly, number, inflation, unit, check)
+    if low <= fitted.theta[number] <= high:
+        return low, high
+    return interval(fitted, number, inflation, unit, check)
 
 
 class _OutOfTime(Exception):

@@ -88,7 +88,9 @@ def test_nothing_is_claimed_where_the_budget_ends_before_a_law_was_asked(monkeyp
     assert (found.verdict, found.complete) == ("unknown", False)  # nor in part
 
 
-@pytest.mark.parametrize(("settled", "holds"), [(True, True), (True, False), (False, False)])
+@pytest.mark.parametrize(
+    ("settled", "holds"), [(True, True), pytest.param(True, False, marks=pytest.mark.slow), (False, False)]
+)
 def test_where_the_budget_ends_the_search_for_more_what_holds_of_a_settled_choice_is_claimed(
     settled: bool, holds: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -103,6 +103,7 @@ def diagnosed(close: float) -> Diagnosis:
     return diagnose(RIG, logs, settings=settings, only=("axis.stribeck", "axis.bias_torque"))
 
 
+@pytest.mark.slow
 def test_a_name_is_claimed_from_which_the_law_falls_short() -> None:
     found = diagnosed(SearchSettings().close_outside)
     assert found.verdict == "effect" and found.effects == STRIBECK.names

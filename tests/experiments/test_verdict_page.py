@@ -9,6 +9,7 @@ pytest.importorskip("numba", reason="the separate simulator needs the extra `exp
 
 from experiments import verdict_page
 from experiments.verdict_page import BLOCKS, PAGES, written
+from rwjax.diagnosis.verdict import CLAIMS
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
@@ -24,9 +25,18 @@ def test_every_table_stands_on_a_page_once_and_no_other() -> None:
 
 
 def test_no_messy_case_stands_in_two_rows() -> None:
-    files = (*verdict_page.FINAL_PARTS, verdict_page.FRESH, verdict_page.NEWEST)
+    files = (*verdict_page.FINAL_PARTS, *verdict_page.FRESH_PARTS)
     cases = [(x["set"], x["index"]) for name in files for x in verdict_page.lines(name) if x["group"] == "messy"]
     assert len(cases) == len({*cases}) > 150
+
+
+@pytest.mark.parametrize("name", [verdict_page.PAIRS, verdict_page.LATER_PAIRS, verdict_page.REPEATED])
+def test_every_claim_of_a_pair_is_counted_as_one(name: str) -> None:
+    for line in verdict_page.lines(name):
+        worth = verdict_page.worth_of_pair(line)
+        assert (worth in verdict_page.OF_PAIRS) == (
+            (line["verdict"] in CLAIMS and bool(line["changed"])) or worth == "wrong"
+        )
 
 
 def test_what_is_written_by_hand_stays() -> None:

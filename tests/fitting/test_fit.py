@@ -7,6 +7,7 @@ import pytest
 
 from rwjax import Log, RigError, parse_rig, predict, simulate
 from rwjax.fitting.fit import fit
+from rwjax.simulation.layout import OF_JOINT
 from tests.fitting.logs import ALL, FREE, TIME, log_of, red, runs_of
 from tests.joints import joint, logged, servo
 from tests.systems import platform, record, run
@@ -209,7 +210,11 @@ def test_a_servo_s_numbers_come_back_from_what_simulate_gives() -> None:
     log = Log.from_arrays(truth, time=time, goal_rad=goal, yaw_rad=y)
     assert np.max(np.abs(predict(truth, log)["yaw_rad"] - y)) < 1e-12
     believed = truth.with_values({name: 1.3 * truth.values[name] for name in truth.free})
-    found = fit(believed, [log]).rig
+    fitted = fit(believed, [log])
+    found = fitted.rig
+    assert fitted.fit.problem.batch.h[0] <= 0.005 / OF_JOINT * (
+        1.0 + 1e-9
+    )  # it has ended in the steps by which it was simulated
     assert {name: found.values[name] for name in truth.free} == pytest.approx(
         {name: truth.values[name] for name in truth.free}, rel=1e-4
     )

@@ -105,18 +105,20 @@ def test_the_profile_of_a_fit_in_other_time_steps_tells_the_same_ends() -> None:
         assert ends[name] == pytest.approx((low, high), abs=0.02 * (high - low)), name
 
 
-def test_the_ends_of_a_profile_lie_about_the_estimate_and_none_past_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_profile_in_coarse_steps_that_does_not_hold_the_estimate_is_made_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     rig, log = held_at_zero()
     found = fit(rig, [log]).fit
-    along, errors = np.eye(len(found.theta))[found.coordinates.index[2]], uncertainty(found)
-    least, most = found.coordinates.bounds[2]
-    for away, ends, wanted in (
-        (0.0, (1.0, 2.0), (1.0, 2.0)),
-        (-0.25, (1.0, 2.0), (1.25, 2.25)),
-        (-0.25, (-np.inf, np.inf), (least, most)),
-        (9.0, (8.0, 10.0), (least, 1.0)),
+    rough, errors = replace(found, steps=0), uncertainty(found)
+    value = float(found.theta[found.coordinates.index[2]])
+    for of_rough, wanted in (
+        ((value - 1.0, value + 1.0), (value - 1.0, value + 1.0)),
+        ((value, np.inf), (value, np.inf)),
+        ((value + 1.0, value + 2.0), (value - 3.0, value + 3.0)),
+        ((value - 2.0, value - 1.0), (value - 3.0, value + 3.0)),
     ):
-        profiled = replace(found, theta=found.theta + away * along)
-        monkeypatch.setattr(intervals, "interval", lambda *given, ends=ends: ends)
-        told, _ = intervals.intervals(found, errors, 0, lambda text: None, profiled)
-        assert told["axis.friction.coulomb"] == pytest.approx(wanted)
+        ends = {id(rough): of_rough, id(found): (value - 3.0, value + 3.0)}
+        monkeypatch.setattr(intervals, "interval", lambda of, *rest, ends=ends: ends[id(of)])
+        told, _ = intervals.intervals(found, errors, 0, lambda text: None, rough)
+        assert told["axis.friction.coulomb"] == wanted
