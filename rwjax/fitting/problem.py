@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rwjax.fitting.initial_guess import START_S, first_half_second, guess_initial_state, starts_at_rest
+from rwjax.fitting.threads import on_threads
 from rwjax.logs import noise as noise_of
 from rwjax.logs.log import Log
 from rwjax.logs.segments import runs_of
@@ -18,6 +19,9 @@ from rwjax.simulation.free_run import free_run
 from rwjax.simulation.layout import lay_out
 from rwjax.simulation.shared_program import batch_within, with_light_effects
 from rwjax.simulation.solver import Solver
+
+LONG = 4000
+"""Steps of a log from which a call of its own costs less than it saves."""
 
 
 @dataclass(frozen=True)
@@ -98,12 +102,17 @@ class Problem:
         return 0.5 * float(self.precision @ away**2), self.precision * away
 
     @property
+    def log_by_log(self) -> bool:
+        """Whether there are several logs, so long that each has a call of its own, at the same time as others."""
+        return len(self.logs) > 1 and self.batch.windows * len(self.batch.step_index) >= LONG
+
+    @property
     def program(self) -> Structure:
         """The structure whose programs its free runs take."""
         return with_light_effects(self.structure) if self.shares_programs else self.structure
 
     def free_run(self, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Free runs of all logs.
+        """Free runs of all logs; by the exact solver several long ones run at the same time.
 
         Args:
             theta: Parameter vector `(t,)` [SI].
@@ -115,8 +124,16 @@ class Problem:
         numbers, batch = np.asarray(theta), self.batch
         if self.program != self.structure:
             numbers, batch = batch_within(self.program, self.structure, numbers, batch)
-        y, nodes = free_run(self.program, numbers, start, batch, solver=self.solver)
-        return np.asarray(y), np.asarray(nodes)
+
+        def of(start: np.ndarray, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
+            y, nodes = free_run(self.program, numbers, start, batch, solver=self.solver)
+            return np.asarray(y), np.asarray(nodes)
+
+        if self.solver.smooth or not self.log_by_log:
+            return of(start, batch)
+        parts = on_threads(lambda log: of(start[log : log + 1], batch.of(log)), range(len(self.logs)))
+        y, nodes = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return y, nodes
 
     @cached_property
     def logs_with_readings(self) -> np.ndarray:

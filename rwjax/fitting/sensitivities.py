@@ -7,9 +7,6 @@ from rwjax.fitting.threads import on_threads
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.shooting import Evaluation, evaluate, of_logs
 
-LONG = 4000
-"""Steps of a log from which a call of its own costs less than it saves."""
-
 
 def run_costs(problem: Problem, theta: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cost of each log's free run, without the prior, and the states at its windows' starts.
@@ -52,7 +49,7 @@ def sensitivities(problem: Problem, theta: np.ndarray, numbers: np.ndarray, node
         )
 
     batch, counted = problem.batch, problem.logs_with_readings.tolist()
-    if len(nodes) == 1 or not counted or batch.windows * len(batch.step_index) < LONG:
+    if not counted or not problem.log_by_log:
         return of(nodes, batch)
     found = dict(zip(counted, on_threads(lambda log: of(nodes[log : log + 1], batch.of(log)), counted), strict=True))
     nothing = Evaluation(*(np.zeros_like(a) for a in found[counted[0]]))

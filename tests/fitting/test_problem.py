@@ -1,5 +1,7 @@
 """First states: which of them the readings must tell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from rwjax.fitting.multiple_shooting import least_squares
 from rwjax.fitting.problem import pose
 from rwjax.fitting.scales import sizes_of
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
+from tests.fitting.moving_runs import several
 from tests.systems import platform, reaction, record, run, wheel
 
 TIME = np.arange(501) * 0.01
@@ -72,3 +75,19 @@ def test_an_unseen_angle_is_found_from_the_rate() -> None:
     moves = coordinates(theta, free, bounds_of(rig, structure), sizes_of(rig, structure, theta, [log]))
     found = least_squares(pose(structure, (log,)), moves, theta)
     assert found.start[0, :2] == pytest.approx([0.7, 0.3], abs=5e-3)
+
+
+@pytest.mark.parametrize("shares_programs", [False, True])
+def test_runs_that_go_on_threads_are_those_of_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch, shares_programs: bool
+) -> None:
+    rig = platform("viscous = 0.02")
+    problem = replace(several(rig), shares_programs=shares_programs)
+    theta = theta_of(rig, problem.structure)
+    assert not problem.log_by_log and not problem.only((0,)).log_by_log
+    whole = problem.free_run(theta, problem.start)
+    monkeypatch.setattr("rwjax.fitting.problem.LONG", problem.batch.windows * len(problem.batch.step_index))
+    assert problem.log_by_log
+    for on_threads, one_by_one in zip(problem.free_run(theta, problem.start), whole, strict=True):
+        assert np.array_equal(on_threads, one_by_one)
+    assert np.max(np.abs(whole[0][0] - whole[0][1])) > 0.1  # runs of their own

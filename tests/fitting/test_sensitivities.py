@@ -14,7 +14,7 @@ from tests.systems import platform
 def test_sensitivities_log_by_log_are_those_of_all_at_once_and_none_where_no_reading_counts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("rwjax.fitting.sensitivities.LONG", 0)
+    monkeypatch.setattr("rwjax.fitting.problem.LONG", 0)
     problem = several(platform("viscous = 0.02")).only((0, 2))
     theta = theta_of(platform("viscous = 0.02"), problem.structure)
     numbers = np.array([problem.structure.names.index(name) for name in ("axis.inertia", "axis.friction.viscous")])
