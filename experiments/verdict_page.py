@@ -49,7 +49,13 @@ from rwjax.rig.columns import unit_of
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs" / "verdict.md", ROOT / "docs" / "measured.md"
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
-MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED = "sets", "frozen", "frozen_later", "repeated"
+MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED, FREED = (
+    "sets",
+    "frozen",
+    "frozen_later",
+    "repeated",
+    "repeated_friction",
+)
 """Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld, by two searches."""
 ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_again"
 """Folder and file of the same questions asked otherwise."""
@@ -326,6 +332,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "measured-pairs": partial(measured_pairs, PAIRS),
     "measured-pairs-later": partial(measured_pairs, LATER_PAIRS),
     "measured-pairs-repeated": partial(measured_pairs, REPEATED),
+    "measured-pairs-freed": partial(measured_pairs, FREED),
     "partial-second": before_and_after("second_later", "second_again", "second"),
     "partial-own": before_and_after("partial_before", "partial"),
     "pairs": before_and_after("test", "test_pair_382d076", shared=True),

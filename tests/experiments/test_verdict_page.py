@@ -30,7 +30,9 @@ def test_no_messy_case_stands_in_two_rows() -> None:
     assert len(cases) == len({*cases}) > 150
 
 
-@pytest.mark.parametrize("name", [verdict_page.PAIRS, verdict_page.LATER_PAIRS, verdict_page.REPEATED])
+@pytest.mark.parametrize(
+    "name", [verdict_page.PAIRS, verdict_page.LATER_PAIRS, verdict_page.REPEATED, verdict_page.FREED]
+)
 def test_every_claim_of_a_pair_is_counted_as_one(name: str) -> None:
     for line in verdict_page.lines(name):
         worth = verdict_page.worth_of_pair(line)
