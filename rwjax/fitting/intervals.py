@@ -29,7 +29,7 @@ Intervals = dict[str, tuple[float, float]]
 
 
 def intervals(
-    fitted: Fit, errors: Uncertainty, draws: int, progress: Callable[[str], None], roughly: Fit | None = None
+    fitted: Fit, errors: Uncertainty, draws: int, progress: Callable[[str], None], roughly: Fit
 ) -> tuple[Intervals, list[str]]:
     """95 % interval of each free number.
 
@@ -40,7 +40,7 @@ def intervals(
         errors: Its standard errors.
         draws: Refits of the bootstrap, 0 for none [1].
         progress: Hears of what takes long.
-        roughly: The same fit in coarser time steps, whose profiles take less time and tell as well how far a number may go.
+        roughly: The fit, or the same one in coarser time steps, whose profiles take less time and tell as well how far a number may go.
 
     Returns:
         The intervals [SI], and a sentence for each that does not come from the standard error.
@@ -70,7 +70,7 @@ def intervals(
             progress(f"how far {name} may go, {k + 1} of {len(fitted.free)} numbers")
             unit = float(error if np.isfinite(error) else FIRST_STEP * moves.size[k])
             try:
-                ends = _profile(fitted, roughly or fitted, k, float(errors.inflation[k]), unit, check)
+                ends = _profile(fitted, roughly, k, float(errors.inflation[k]), unit, check)
             except _OutOfTime:
                 found[name] = max(low, float(moves.bounds[k, 0])), min(high, float(moves.bounds[k, 1]))
                 notes.append(

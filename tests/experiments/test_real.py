@@ -152,6 +152,23 @@ def test_an_answer_beside_what_is_published(verdict: str, sets: list[tuple[str, 
     assert said.says(verdict, sets) == worth
 
 
+@pytest.mark.parametrize(
+    ("setup", "numbers"),
+    [("L100_m0535", {"drive.servo.kp"}), ("kp32", {"axis.inertia", "axis.gravity.torque"}), ("L100_m0535_kp08", set())],
+)
+def test_what_differs_from_run_to_run_of_a_set_up_is_known(
+    setup: str, numbers: set[str], realdata: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RWJAX_REALDATA", str(realdata))
+    rigs = SETS["feetech_sts3250_pendulum"]
+    first, logs = rigs.rig(setup), rigs.logs("feetech_sts3250_pendulum", setup, rigs.rig(setup), ())
+    assert {name for log in logs for name in log.added} == numbers
+    for log in logs:
+        own = rigs.rig(f"L{Path(log.name).stem.partition('_L')[2]}").numbers
+        for name in numbers:
+            assert first.numbers[name] + log.added.get(name, 0.0) == pytest.approx(own[name], rel=1e-12)
+
+
 NUMBERS_OF = {
     "length_m": ("axis.inertia", "axis.gravity.torque"),
     "mass_kg": ("axis.inertia", "axis.gravity.torque"),

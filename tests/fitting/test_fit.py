@@ -212,9 +212,8 @@ def test_a_servo_s_numbers_come_back_from_what_simulate_gives() -> None:
     believed = truth.with_values({name: 1.3 * truth.values[name] for name in truth.free})
     fitted = fit(believed, [log])
     found = fitted.rig
-    assert fitted.fit.problem.batch.h[0] <= 0.005 / OF_JOINT * (
-        1.0 + 1e-9
-    )  # it has ended in the steps by which it was simulated
+    finest = 0.005 / OF_JOINT  # s, by which it was simulated
+    assert fitted.fit.problem.batch.h[0] <= finest * (1.0 + 1e-9)
     assert {name: found.values[name] for name in truth.free} == pytest.approx(
         {name: truth.values[name] for name in truth.free}, rel=1e-4
     )
