@@ -52,7 +52,6 @@ class Saturation(MotorTorque):
     name: ClassVar[str] = "motor.saturation"
     label: ClassVar[str] = "saturation of the motor"
     coordinate: ClassVar[str] = "current"
-    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "torque per ampere that falls with the current"
     equation: ClassVar[str] = "K (1 + a i²)^(−m)"
     shown_by: ClassVar[Mapping[str, int]] = {LEVELS: 3}

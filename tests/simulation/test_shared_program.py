@@ -1,7 +1,10 @@
 """Plants that share a program of free runs: theirs is the motion that a program of their own gives."""
 
+import re
+from collections import Counter
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 
@@ -11,7 +14,8 @@ from rwjax.fitting.problem import pose
 from rwjax.kinds import KINDS
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.plant.structure import Structure
-from rwjax.simulation.free_run import free_runs
+from rwjax.rig.model import Rig
+from rwjax.simulation.free_run import free_run, free_runs
 from rwjax.simulation.shared_program import batch_within, numbers_within, with_light_effects
 from tests.joints import joint
 from tests.simulation.plants import CASES, FAST
@@ -110,6 +114,24 @@ def test_every_log_keeps_numbers_of_its_own_and_what_is_known_to_be_added_to_the
 
 def test_the_quick_ones_are_cases() -> None:
     assert {*QUICK} <= {*CASES}
+
+
+def costly(structure: Structure, rig: Rig) -> Counter[str]:
+    """How often a free run takes a function that costs as much as ten products, by its name."""
+    outputs = {name: 0.1 * T for name in structure.outputs}
+    log = record(T, np.ones((len(T), 2)) if rig.kind == "two_axis" else np.ones_like(T), outputs)
+    problem = pose(structure, [log], dict.fromkeys(outputs, 1.0))
+    theta = np.ones(len(structure.names))
+    run = jax.make_jaxpr(lambda theta: free_run(problem.structure, theta, problem.start, problem.batch))(theta)
+    return Counter(re.findall(r"= (pow|sqrt|exp|expm1|log|log1p|sin|cos|tanh|atan2)\b", str(run)))
+
+
+@pytest.mark.parametrize("kind", RIGS)
+def test_what_is_light_takes_no_power_and_no_sine(kind: str) -> None:
+    bare = structure_of(RIGS[kind])
+    assert costly(with_light_effects(bare), RIGS[kind]) == costly(bare, RIGS[kind])
+    heavy = "yaw.stribeck" if kind == "two_axis" else "motor.saturation" if kind == "wheel" else "axis.stribeck"
+    assert costly(bare.with_effects(heavy), RIGS[kind]) > costly(bare, RIGS[kind])
 
 
 def test_light_effects_have_no_states_of_their_own() -> None:
