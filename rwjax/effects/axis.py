@@ -227,6 +227,7 @@ class EndStop(AxisTorque):
     label: ClassVar[str] = "end stop"
     coordinate: ClassVar[str] = "yaw"
     at_angle: ClassVar[bool] = True
+    light: ClassVar[bool] = True
     meaning: ClassVar[str] = "stiff contact at travel limits"
     equation: ClassVar[str] = "k (ψ − high) + d w beyond `high`, never below 0; likewise at `low`"
     ends_travel: ClassVar[bool] = True

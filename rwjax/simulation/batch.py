@@ -17,8 +17,8 @@ class Batch(NamedTuple):
         enabled: Whether torque is on from a sample of the command on `(l, k)`; `(l, 0)` where it always is.
         supply: Voltage of the supply from a sample of the command on `(l, k)` [V]; `(l, 0)` where a servo needs none.
         clock: Time of each log's first sample on the clock by which a servo ticks `(l,)` [s].
-        held: Sample of the command that is held at every grid point, from `EARLIEST` before the log on `(l, g)`.
-        sample_index: As long as the most samples between two grid points; only its length matters.
+        held: Sample of the command that is held at every grid point, from `EARLIEST` or more before the log on `(l, g)`.
+        sample_index: At least as long as the most samples between two grid points, one less than a power of two; only its length matters.
         h: Grid step `(l,)` [s].
         t0: Start of each log after its run's first sample `(l,)` [s].
         theta_index: Entry of `theta` of each of a log's numbers, in the order of the structure's names `(l, p)`.

@@ -26,6 +26,8 @@ LONG_AGO = 1e4
 """Time on a logger's clock from which on rounding would move a servo's ticks [s]."""
 EARLIEST = 1.0
 """Time before a log's first sample from which a command may still act [s]."""
+NEARLY = 0.02
+"""Share by which a step may exceed the longest one [1]: by as much a logger's samples may be further apart than it says."""
 MOST_STEPS = 5_000_000
 """Most steps of one log: three hours at 400 Hz."""
 LONGEST_RUN = 3
@@ -71,8 +73,8 @@ def _steps_of(structure: Structure, log: Log, refine: int) -> tuple[float, int]:
         h = servo.period / parts
         return h, _counted(log, h, max(1, int(np.ceil((log.time[-1] - log.time[0]) / h - 1e-6))))
     if log.outputs and all(map(is_angle, log.outputs)):
-        dt *= max(1, int(longest / dt + 1e-9))  # an angle, unlike a rate, is smooth between grid points
-    h = dt / (refine * int(np.ceil(dt / longest - 1e-9)))
+        dt *= max(1, int((1.0 + NEARLY) * longest / dt))  # an angle, unlike a rate, is smooth between grid points
+    h = dt / (refine * int(np.ceil(dt / longest / (1.0 + NEARLY))))
     span = log.time[-1] - log.time[0]
     steps = _counted(log, h, max(1, round(span / h)))
     return span / steps, steps  # regular samples fall on grid points to rounding
@@ -182,7 +184,7 @@ def _clock(structure: Structure, log: Log) -> float:
 
 def _held(t_command: np.ndarray, grid: _Grid) -> np.ndarray:
     """`held` of a batch."""
-    early = round(EARLIEST / min(grid.h)) + 1
+    early = _padded(round(EARLIEST / min(grid.h)) + 1)
     points = np.arange(-early, grid.per_window * grid.windows + grid.overlap + 1)
     found = [np.searchsorted(t, h * points, side="right") - 1 for t, h in zip(t_command, grid.h, strict=True)]
     return np.clip(found, 0, t_command.shape[1] - 2)
@@ -267,7 +269,7 @@ def lay_out(
         u_command=u_command,
         **_sampled(structure, logs, u_command),
         held=held,
-        sample_index=np.arange(max(int(np.diff(held, axis=1).max()), 1)),
+        sample_index=np.arange(max(2 ** int(np.diff(held, axis=1).max()).bit_length() - 1, 1)),
         h=np.array(grid.h),
         t0=np.array([log.time[0] - log.origin for log in logs]),
         theta_index=_theta_index(structure, runs_of(logs), per_run),

@@ -8,6 +8,7 @@ import pytest
 from rwjax.errors import LogError
 from rwjax.plant.from_rig import structure_of
 from rwjax.plant.structure import LONGEST_STEP
+from rwjax.simulation.batch import Batch
 from rwjax.simulation.layout import EARLIEST, lay_out, share_of_readings
 from tests.systems import platform, record
 
@@ -38,6 +39,21 @@ def test_rates_take_short_steps_and_angles_share_them() -> None:
     assert lay_out(STRUCTURE, [log], noise).h == pytest.approx([0.005])
     assert lay_out(STRUCTURE, [with_rate], noise).h == pytest.approx([0.001])
     assert lay_out(STRUCTURE, [log], noise, refine=2).h == pytest.approx([0.0025])
+
+
+def test_logs_of_one_rig_share_their_programs_though_its_clock_is_not_quite_what_it_says() -> None:
+    def batch(dt: float, jitter: float = 0.0) -> Batch:
+        t = dt * (np.arange(1501) + jitter * np.random.default_rng(0).uniform(-0.5, 0.5, 1501))
+        return lay_out(STRUCTURE, [record(t, np.zeros_like(t))], [{"yaw_rad": 1.0}])
+
+    for dt in (0.01, LONGEST_STEP, 0.5 * LONGEST_STEP):
+        shapes = [[a.shape for a in batch(factor * dt)] for factor in (1.0, 0.992, 1.0001, 1.008)]
+        assert shapes == shapes[:1] * 4, dt
+    assert (
+        len(batch(0.00125).sample_index)
+        < len(batch(0.00125, 0.9).sample_index)
+        == len(batch(0.00125, 0.5).sample_index)
+    )
 
 
 def test_missing_readings_weigh_nothing_and_others_their_noise() -> None:
