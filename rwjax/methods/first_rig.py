@@ -387,6 +387,8 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
     if kind in TURNING:
         found["axis.inertia"] = Known(d.axis_inertia, GIVEN) if d.axis_inertia else _inertia(d)
         found["axis.friction.viscous"] = Known(0.01, GUESS, free=True)
+        if kind == "joint":  # gears rub: without dry friction something else stands in for it
+            found["axis.friction.coulomb"] = Known(0.01, GUESS, free=True)
         if kind == "joint" and d.mass and d.length:
             share, why = (
                 (1.0, "of a bob, m g l") if d.bob else (0.5, "of a rod, m g l/2; of a bob at its end twice that")

@@ -85,7 +85,7 @@ def test_what_init_guessed_of_a_servo_is_said_by_init_check_and_fit_until_it_is_
     noisy = moved + 1e-3 * np.random.default_rng(0).standard_normal(len(t))
     write_log(shell.folder / "run.csv", {"time_s": t, "goal_rad": goal, "yaw_rad": noisy}, {})
     code, _, err = shell("init", "run.csv", "-o", "bench.toml")
-    assert code == 0 and "note: guesses, which a fit estimates: axis.inertia, axis.friction.viscous\n" in err, err
+    assert code == 0 and "note: guesses, which a fit estimates: axis.inertia, axis.friction.viscous, axis.friction.coulomb\n" in err, err
     (fixed,) = [line for line in err.splitlines() if "which stay as they are" in line]
     assert "motor.resistance" in fixed and "drive.servo.kp" in fixed and "drive.servo.acts_on" in fixed
     guessed = "of [drive.servo] acts_on, kp and kd are guesses"
