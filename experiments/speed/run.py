@@ -15,6 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from experiments.speed import c_limit, contenders, curves, free_runs, processes
+from experiments.speed.shared import RIGS, shared
 from experiments.speed.table import machine
 
 PICTURE = c_limit.BUILD / "speed.png"
@@ -23,6 +24,7 @@ PICTURE = c_limit.BUILD / "speed.png"
 PARTS: dict[str, Callable[[bool], list | None]] = {
     "contenders": lambda quick: contenders.report(contenders.measure(quick)),
     "runs": lambda quick: free_runs.runs(5.0, 1, 1) if quick else free_runs.runs(),
+    "shared": lambda quick: shared(RIGS[:1], 1, 1) if quick else shared(),
     "fresh": lambda quick: processes.fresh(1 if quick else 5),
     "compile": lambda quick: processes.compile(1, ["wheel"]) if quick else processes.compile(),
     "memory": lambda quick: processes.memory((10.0,), ()) if quick else processes.memory(curves.LENGTHS),

@@ -56,6 +56,7 @@ def diagnose(
     from rwjax.diagnosis.budget import Budget
     from rwjax.diagnosis.diagnosis import diagnose as run
     from rwjax.fitting import garbage, processes
+    from rwjax.fitting.questions.guesses import about_guesses
     from rwjax.fitting.segments import with_segments
     from rwjax.logs.read import read_logs
     from rwjax.report.html import check_page
@@ -88,7 +89,7 @@ def diagnose(
         silent = result.complete or limit.stopped or isinf(budget)  # else its budget has ended it
         ahead += [] if silent else [next_command(*again, segments=segments, force=force)]
         say("\n".join([str(result), *_of_errors(result), *files, *ahead]))
-    note(*asked.notes)
+    note(*asked.notes, *about_guesses(rig))
     if limit.stopped:
         raise typer.Exit(STATUS)
 

@@ -213,7 +213,7 @@ def _estimated_rig(rig: Rig, fitted: Fit, errors: Uncertainty) -> Rig:
     if rig.tied:
         names, covariance = _of_rig(rig, problem, errors, known)
         of_tied = tied_errors(rig.tied, estimated.values, names, covariance)
-        estimated = replace(estimated, standard_error=known | of_tied)
+        estimated = estimated.with_standard_errors(known | of_tied)
     return estimated
 
 

@@ -85,7 +85,8 @@ def _without(rig: Rig, fitted: Rig, names: Sequence[str]) -> Rig:
     """A fitted rig in which some numbers are those of the rig as it was, and those that it lacked lie in their range."""
     kept = {name: error for name, error in fitted.standard_error.items() if name not in names}
     own = {name: _within_range(name, value) for name, value in fitted.values.items() if name not in rig.values}
-    return replace(fitted.with_values(own | {name: rig.values[name] for name in names}), standard_error=kept)
+    before = fitted.with_values(own | {name: rig.values[name] for name in names})
+    return replace(before, guessed=rig.guessed).with_standard_errors(kept)
 
 
 def _within_range(name: str, value: float) -> float:

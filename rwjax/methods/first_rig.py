@@ -29,6 +29,7 @@ from rwjax.methods.known import Known
 from rwjax.methods.mujoco_joint import MujocoJoint
 from rwjax.methods.servo_scale import KD, KP, servo_numbers
 from rwjax.rig.columns import COLUMNS, columns_of, commands_of
+from rwjax.rig.model import GUESS
 from rwjax.rig.parse import PERIOD
 from rwjax.rig.read import parse_rig
 
@@ -105,7 +106,7 @@ OTHER_UNIT = r"°?[cfk]|celsius|kelvin|[hkm]?pa|m?bar|[km]?n|[km]?g|[ckm]?m|m?t|
 """Words of units that neither a command nor a rig's motion has, in small letters."""
 COLUMNS_OF_MOTION = {name for name, column in COLUMNS.items() if "joint" in column.kinds} - {"current_A"}
 """Columns of a joint's motion."""
-GUESS, GIVEN, BY_NO_LOAD = "a guess", "given", "voltage over the speed without a load"
+GIVEN, BY_NO_LOAD = "given", "voltage over the speed without a load"
 
 
 class FirstRig(NamedTuple):

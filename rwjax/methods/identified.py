@@ -180,4 +180,4 @@ def estimated(rig: Rig, names: Sequence[str], values: np.ndarray, errors: np.nda
     """
     known = {name: float(e) for name, e in zip(names, errors, strict=True) if np.isfinite(e)}
     found = rig.with_values(dict(zip(names, map(float, values), strict=True)))
-    return replace(found, standard_error=known, driven=Driven())
+    return replace(found.with_standard_errors(known), driven=Driven())

@@ -1,11 +1,12 @@
 """Which numbers of a first rig file a servo's logs tell: angles know torques up to one common factor, which something has to fix."""
 
 from rwjax.methods.known import Known
+from rwjax.rig.model import GUESS
 
 KP, KD, GRAVITY, GAIN = "drive.servo.kp", "drive.servo.kd", "axis.gravity.torque", "drive.gain"
 TORQUE_CONSTANT, MOTOR_FRICTION = "motor.torque_constant", "motor.friction"
-FIXED = "a guess, fixed: torques and inertias are in proportion to it; give the true gain by --kp, or --axis-inertia and kp is free instead"
-GUESS, GIVEN = "a guess", "given"
+FIXED = f"{GUESS}, fixed: torques and inertias are in proportion to it; give the true gain by --kp, or --axis-inertia and kp is free instead"
+GIVEN = "given"
 
 
 def servo_numbers(

@@ -176,4 +176,4 @@ def rig_with(rig: Rig, structure: Structure, theta: np.ndarray, standard_error: 
         effect: {name: values[f"{effect}.{name}"] for name in parameters(BY_NAME[effect])}
         for effect in structure.effects
     }
-    return replace(rig, numbers=numbers, effects=effects, standard_error=dict(standard_error)).with_values({})
+    return replace(rig, numbers=numbers, effects=effects).with_values({}).with_standard_errors(standard_error)

@@ -53,6 +53,8 @@ class Driven(NamedTuple):
 
 CAUTION = "caution: "
 """Begins a comment of a rig file that says what a diagnosis was not sure of."""
+GUESS = "a guess"
+"""Stands in the comment behind a key of a rig file that nobody knows."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,8 @@ class Rig:
         driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
         sources: Columns of a log file by the columns of rwjax's that they become.
         cautions: What the diagnosis that wrote it was not sure of; the first comments of the file, kept by what is made from it.
-        guessed: Keys whose comments in the file call them a guess, as a first rig file has them; not kept by what is made from it.
+        guessed: Keys whose comments in the file call them a guess, as a first rig file has them; kept by what is made from it until they are estimated. Two rigs
+            that differ by them alone are equal.
     """
 
     kind: str
@@ -97,7 +100,7 @@ class Rig:
     driven: Driven = field(default_factory=Driven)
     sources: dict[str, Source] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
-    guessed: tuple[str, ...] = ()
+    guessed: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def values(self) -> dict[str, float]:
@@ -121,6 +124,18 @@ class Rig:
         new = completed(self.tied, {name: float(values.get(name, old)) for name, old in self.values.items()})
         effects = {e: {p: new[f"{e}.{p}"] for p in given} for e, given in self.effects.items()}
         return replace(self, numbers={name: new[name] for name in self.numbers}, effects=effects)
+
+    def with_standard_errors(self, errors: Mapping[str, float]) -> "Rig":
+        """This rig with the standard errors of estimates.
+
+        Args:
+            errors: Standard errors [SI] by name.
+
+        Returns:
+            The rig with these errors alone; what has one is a guess no more.
+        """
+        guessed = tuple(name for name in self.guessed if name not in errors)
+        return replace(self, standard_error=dict(errors), guessed=guessed)
 
     def __str__(self) -> str:
         """Kind and name, then a line for every part: its numbers with units, and which of them are free."""

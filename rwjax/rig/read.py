@@ -14,7 +14,7 @@ from rwjax.rig import document, parse
 from rwjax.rig.columns_section import sources
 from rwjax.rig.effect_section import effects
 from rwjax.rig.fit_section import FitTables, fit_section
-from rwjax.rig.model import CAUTION, Rig, with_one_axis
+from rwjax.rig.model import CAUTION, GUESS, Rig, with_one_axis
 from rwjax.rig.tied import tied_section, with_tied
 from rwjax.text_files import parse_toml, read_text
 
@@ -98,7 +98,7 @@ def _guessed(text: str) -> Iterator[str]:
     for line in text.splitlines():
         if header := re.match(r"\s*\[([\w.\s\"'-]+)\]", line):  # as of `[effects."drive.deadzone"]`
             section = re.sub(r"[^\w.-]", "", header[1]).removeprefix("effects.") + "."
-        elif key := re.match(r"\s*([\w.]+)\s*=[^#]*#.*\ba guess\b", line):
+        elif key := re.match(rf"\s*([\w.]+)\s*=[^#]*#.*\b{GUESS}\b", line):
             yield f"{section}{key[1]}"
 
 

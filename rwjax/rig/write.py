@@ -10,7 +10,7 @@ from rwjax.errors import RigError, refuses_other_types
 from rwjax.kinds import COEFFICIENTS, ENCODERS, HALVES, NUMBERS, POLYNOMIAL, SERVO, encoder_section, unit_in_servo
 from rwjax.rig.columns_section import entry
 from rwjax.rig.effect_section import effect_parameters
-from rwjax.rig.model import CAUTION, Rig
+from rwjax.rig.model import CAUTION, GUESS, Rig
 from rwjax.rig.read import parse_rig
 
 _ORDER = (
@@ -63,6 +63,8 @@ def _text(rig: Rig) -> str:
         table: Any = document
         for section in path[:-1]:
             table = table.setdefault(section, tomlkit.table())
+        if ".".join(path).removeprefix("effects.") in rig.guessed:
+            comment = f"{comment}: {GUESS}" if comment else GUESS
         item = _inline(value) if isinstance(value, dict) else tomlkit.item(value)
         table.add(path[-1], item.comment(comment) if comment else item)
     return tomlkit.dumps(document)

@@ -85,7 +85,10 @@ def test_what_init_guessed_of_a_servo_is_said_by_init_check_and_fit_until_it_is_
     noisy = moved + 1e-3 * np.random.default_rng(0).standard_normal(len(t))
     write_log(shell.folder / "run.csv", {"time_s": t, "goal_rad": goal, "yaw_rad": noisy}, {})
     code, _, err = shell("init", "run.csv", "-o", "bench.toml")
-    assert code == 0 and "note: guesses, which a fit estimates: axis.inertia, axis.friction.viscous, axis.friction.coulomb\n" in err, err
+    assert (
+        code == 0
+        and "note: guesses, which a fit estimates: axis.inertia, axis.friction.viscous, axis.friction.coulomb\n" in err
+    ), err
     (fixed,) = [line for line in err.splitlines() if "which stay as they are" in line]
     assert "motor.resistance" in fixed and "drive.servo.kp" in fixed and "drive.servo.acts_on" in fixed
     guessed = "of [drive.servo] acts_on, kp and kd are guesses"
@@ -93,6 +96,10 @@ def test_what_init_guessed_of_a_servo_is_said_by_init_check_and_fit_until_it_is_
     assert code == 0 and guessed in out and "nothing odd was found" not in out, out + err
     code, _, err = shell("fit", "bench.toml", "run.csv", "-o", "fitted.toml", "--quiet", "--force")
     assert code == 0 and err.count(guessed) == 1, err
+    text = (shell.folder / "fitted.toml").read_text()
+    assert 'acts_on = "voltage" # a guess\n' in text and "# I, kg m2\n" in text and "kg m2: a guess" not in text, text
+    code, _, err = shell("diagnose", "fitted.toml", "run.csv", "--quiet", "--force", "--only", "axis.spring")
+    assert code == 0 and "of [drive.servo] kp, kd and acts_on are guesses" in err, err
     code, out, err = shell("init", "run.csv", "--kp", "2", "--kd", "0", "-o", "given.toml")
     text = (shell.folder / "given.toml").read_text()
     assert code == 0 and "kp = 2.0   # k_p, V/rad: given" in text and "kd = 0.0   # k_d, V s/rad: given" in text, err

@@ -12,8 +12,9 @@ import pytest
 
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
-from experiments.speed import causes, free_runs, lowering, same_bytes, table
+from experiments.speed import causes, free_runs, lowering, same_bytes, shared, table
 from experiments.speed.problem import log, posed, with_effects
+from rwjax.fitting.batched_runs import BATCH
 from rwjax.simulation.free_run import free_run
 
 
@@ -48,6 +49,14 @@ def test_a_batch_of_free_runs_is_the_runs_one_by_one() -> None:
     for lane in (0, len(theta) - 1):
         y, _ = free_run(alone.structure, theta[lane], alone.start, alone.batch)
         assert together[lane] == pytest.approx(np.asarray(y)[0, : together.shape[1]], abs=1e-12)  # rad, rounding
+
+
+def test_the_shared_program_is_timed_on_the_runs_of_a_rig_s_own() -> None:
+    problem, runs = shared.calls("wheel, Coulomb friction")
+    assert {shared.OWN, shared.SHARED} < {*runs} and not {*runs} & {*problem.structure.effects}
+    own = runs[shared.OWN]()
+    assert len(own) == BATCH and own.std() > 0.0
+    assert runs[shared.SHARED]() == pytest.approx(own, rel=1e-9, abs=1e-12)
 
 
 def test_a_minute_is_twelve_thousand_steps() -> None:

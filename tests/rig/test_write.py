@@ -73,6 +73,19 @@ def rigs(draw: st.DrawFn) -> Rig:
     )
 
 
+def test_guesses_stay_guesses_until_they_are_estimated() -> None:
+    text = (
+        PLATFORM.replace("gain = -0.428", "gain = -0.428 # a guess")
+        + '[effects."drive.deadzone"]\nu_0 = 0.5 # a guess\n'
+    )
+    rig = parse_rig(text)
+    assert rig.guessed == ("drive.gain", "drive.deadzone.u_0")
+    again = parse_rig(write_rig(rig))
+    assert again.guessed == rig.guessed and again == rig
+    told = rig.with_standard_errors({"drive.gain": 0.1})
+    assert told.standard_error == {"drive.gain": 0.1} and parse_rig(write_rig(told)).guessed == ("drive.deadzone.u_0",)
+
+
 @given(rig=rigs())
 def test_what_is_written_reads_back_equal(rig):
     assert parse_rig(write_rig(rig)) == rig
