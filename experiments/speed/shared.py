@@ -22,7 +22,7 @@ from rwjax.simulation.shared_program import with_light_effects
 
 OWN, SHARED = "its own", "shared"
 RIGS = ("platform, nothing", "reaction, nothing", "wheel, Coulomb friction", "servo, its load")
-"""Cases of `experiments.speed.diagnosis`, one of each kind."""
+"""Cases of `experiments.speed.diagnosis`, one of each kind with one axis."""
 
 
 def posed(case: str) -> tuple[Rig, Problem]:

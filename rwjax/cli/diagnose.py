@@ -89,7 +89,7 @@ def diagnose(
         silent = result.complete or limit.stopped or isinf(budget)  # else its budget has ended it
         ahead += [] if silent else [next_command(*again, segments=segments, force=force)]
         say("\n".join([str(result), *_of_errors(result), *files, *ahead]))
-    note(*asked.notes, *about_guesses(rig))
+    note(*asked.notes, *about_guesses(result.corrected))
     if limit.stopped:
         raise typer.Exit(STATUS)
 

@@ -233,8 +233,8 @@ class EndStop(AxisTorque):
     ends_travel: ClassVar[bool] = True
     high: Scalar = param(
         "rad",
-        bounds=(-1e6, 1e6),
-        null=1e6,
+        bounds=(-1e9, 1e9),
+        null=1e9,
         starts=tuple(s for share in INWARD for s in (-share, None, -share)),
         scale="span",
         origin="highest",
@@ -242,8 +242,8 @@ class EndStop(AxisTorque):
     )
     low: Scalar = param(
         "rad",
-        bounds=(-1e6, 1e6),
-        null=-1e6,
+        bounds=(-1e9, 1e9),
+        null=-1e9,
         starts=tuple(s for share in INWARD for s in (None, share, share)),
         scale="span",
         origin="lowest",

@@ -17,7 +17,7 @@ Numbers = dict[str, Scalar]
 """Values by dotted name: `axis.inertia`, and `axis.stribeck.v_s` for parameters of effects."""
 
 LONGEST_STEP = 5e-3
-"""Longest time step [s] of a rig that is no joint. Where only angles are logged, faster samples share a step."""
+"""Longest time step [s] of a rig that is no joint; one may be 2 % longer (`rwjax.simulation.layout.NEARLY`). Where only angles are logged, faster samples share a step."""
 OF_JOINTS, OF_INDUCTIVE_JOINTS = 2.5e-3, 1.25e-3
 """The same for joints, without and with inductance: a geared motor's own motion, I R/(N K)², settles within some 30 ms [s]."""
 LATE_TICKS = 24
@@ -86,7 +86,7 @@ class Structure(NamedTuple):
 
     @property
     def longest_step(self) -> float:
-        """Longest step of a time grid [s]: a sampling interval is divided until its parts are no longer than this."""
+        """Longest step of a time grid [s]: a sampling interval is divided until its parts are no longer than this, or hardly."""
         if self.kind != "joint":
             return LONGEST_STEP
         return OF_INDUCTIVE_JOINTS if self.inductive else OF_JOINTS

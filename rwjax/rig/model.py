@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from rwjax.errors import RigError
-from rwjax.kinds import NUMBERS, TWO_AXIS
+from rwjax.kinds import COEFFICIENTS, NUMBERS, POLYNOMIAL, TWO_AXIS
 from rwjax.rig.columns_section import Source
 from rwjax.rig.effect_section import effect_parameters
 from rwjax.rig.tied import completed
@@ -79,7 +79,7 @@ class Rig:
         driven: How it was driven; no part of the file. A rig as read is driven by a voltage.
         sources: Columns of a log file by the columns of rwjax's that they become.
         cautions: What the diagnosis that wrote it was not sure of; the first comments of the file, kept by what is made from it.
-        guessed: Keys whose comments in the file call them a guess, as a first rig file has them; kept by what is made from it until they are estimated. Two rigs
+        guessed: Keys whose comments in the file call them a guess, as a first rig file has them; kept by what is made from it until they have a standard error. Two rigs
             that differ by them alone are equal.
     """
 
@@ -129,12 +129,13 @@ class Rig:
         """This rig with the standard errors of estimates.
 
         Args:
-            errors: Standard errors [SI] by name.
+            errors: Standard errors [SI] by name, of what the logs tell.
 
         Returns:
             The rig with these errors alone; what has one is a guess no more.
         """
-        guessed = tuple(name for name in self.guessed if name not in errors)
+        told = {*errors} | ({POLYNOMIAL} if {*COEFFICIENTS} & {*errors} else set())
+        guessed = tuple(name for name in self.guessed if name not in told)
         return replace(self, standard_error=dict(errors), guessed=guessed)
 
     def __str__(self) -> str:

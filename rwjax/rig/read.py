@@ -98,7 +98,7 @@ def _guessed(text: str) -> Iterator[str]:
     for line in text.splitlines():
         if header := re.match(r"\s*\[([\w.\s\"'-]+)\]", line):  # as of `[effects."drive.deadzone"]`
             section = re.sub(r"[^\w.-]", "", header[1]).removeprefix("effects.") + "."
-        elif key := re.match(rf"\s*([\w.]+)\s*=[^#]*#.*\b{GUESS}\b", line):
+        elif key := re.match(rf"\s*([\w.]+)\s*=[^#]*#(?:.*[:,])?\s*{GUESS}\b", line):
             yield f"{section}{key[1]}"
 
 

@@ -26,6 +26,8 @@ LONG_AGO = 1e4
 """Time on a logger's clock from which on rounding would move a servo's ticks [s]."""
 EARLIEST = 1.0
 """Time before a log's first sample from which a command may still act [s]."""
+ROOM = 1.1
+"""Times that, for which there is room at least: what is behind a power of two at usual rates is so at those of a clock that is off, too [1]."""
 NEARLY = 0.02
 """Share by which a step may exceed the longest one [1]: by as much a logger's samples may be further apart than it says."""
 MOST_STEPS = 5_000_000
@@ -69,7 +71,7 @@ def _steps_of(structure: Structure, log: Log, refine: int) -> tuple[float, int]:
         longest = longest if all(map(is_angle, log.outputs)) else min(longest, dt)
         moves = any(issubclass(BY_NAME[name], Clock) for name in structure.effects) or f"{SERVO}.period" in log.added
         off_by = max(servo.period_off_by, 1.0 + moves)  # two ticks would not fit into one step
-        parts = refine * int(np.ceil(max(servo.period / longest, off_by) - 1e-9))
+        parts = refine * int(np.ceil(max(servo.period / longest / (1.0 + NEARLY), off_by) - 1e-9))
         h = servo.period / parts
         return h, _counted(log, h, max(1, int(np.ceil((log.time[-1] - log.time[0]) / h - 1e-6))))
     if log.outputs and all(map(is_angle, log.outputs)):
@@ -184,7 +186,7 @@ def _clock(structure: Structure, log: Log) -> float:
 
 def _held(t_command: np.ndarray, grid: _Grid) -> np.ndarray:
     """`held` of a batch."""
-    early = _padded(round(EARLIEST / min(grid.h)) + 1)
+    early = 1 << int(ROOM * EARLIEST / min(grid.h)).bit_length()
     points = np.arange(-early, grid.per_window * grid.windows + grid.overlap + 1)
     found = [np.searchsorted(t, h * points, side="right") - 1 for t, h in zip(t_command, grid.h, strict=True)]
     return np.clip(found, 0, t_command.shape[1] - 2)

@@ -148,7 +148,7 @@ print(parse_rig(write_rig(parse_rig({WHEEL!r}))).kind, "jax" in sys.modules)
 
 def test_a_key_is_guessed_where_the_comment_behind_it_says_so() -> None:
     text = 'kind = "platform"\ndrive.gain = 0.4   # a guess\n[axis]\n# inertia = 0.2   # a guess\ninertia = 0.1   # kg m2: a guess, or a scale\n'
-    text += '[axis.friction]\nviscous = 0.0   # no guesswork\n[columns]\nyaw_rad = "a guess"\n'
+    text += '[axis.friction]\nviscous = 0.0   # no guesswork, and not a guess\n[columns]\nyaw_rad = "a guess"\n'
     assert parse_rig(text).guessed == ("drive.gain", "axis.inertia")
 
 

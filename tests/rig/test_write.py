@@ -63,8 +63,10 @@ def rigs(draw: st.DrawFn) -> Rig:
     spread = draw(st.floats(1e-5, 0.9))
     free = draw(st.lists(st.sampled_from(sorted(rig.values)), unique=True))
     errors = {name: draw(st.floats(0.0)) for name in free}
+    keys = [name for name in rig.values if name not in COEFFICIENTS] or [None]
     return replace(
         rig,
+        guessed=tuple(filter(None, draw(st.lists(st.sampled_from(keys), unique=True, max_size=3)))),
         free=tuple(free),
         standard_error=errors,
         bounds={name: (-1.0, 1e13) for name in free[:1]},
@@ -84,11 +86,15 @@ def test_guesses_stay_guesses_until_they_are_estimated() -> None:
     assert again.guessed == rig.guessed and again == rig
     told = rig.with_standard_errors({"drive.gain": 0.1})
     assert told.standard_error == {"drive.gain": 0.1} and parse_rig(write_rig(told)).guessed == ("drive.deadzone.u_0",)
+    bent = parse_rig(PLATFORM + "[axis.friction]\npolynomial = [0.0, 0.1, 0.0, 0.0] # a guess\n")
+    assert bent.guessed == ("axis.friction.polynomial",) == parse_rig(write_rig(bent)).guessed
+    assert bent.with_standard_errors({"axis.friction.b2": 0.1}).guessed == ()
 
 
 @given(rig=rigs())
 def test_what_is_written_reads_back_equal(rig):
-    assert parse_rig(write_rig(rig)) == rig
+    again = parse_rig(write_rig(rig))
+    assert again == rig and {*again.guessed} == {*rig.guessed}
 
 
 def test_polynomial_stands_for_four_numbers():

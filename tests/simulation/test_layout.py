@@ -46,7 +46,7 @@ def test_logs_of_one_rig_share_their_programs_though_its_clock_is_not_quite_what
         t = dt * (np.arange(1501) + jitter * np.random.default_rng(0).uniform(-0.5, 0.5, 1501))
         return lay_out(STRUCTURE, [record(t, np.zeros_like(t))], [{"yaw_rad": 1.0}])
 
-    for dt in (0.01, LONGEST_STEP, 0.5 * LONGEST_STEP):
+    for dt in (0.01, LONGEST_STEP, 0.5 * LONGEST_STEP, 1 / 60, 1 / 120, 1 / 240):
         shapes = [[a.shape for a in batch(factor * dt)] for factor in (1.0, 0.992, 1.0001, 1.008)]
         assert shapes == shapes[:1] * 4, dt
     assert len({len(batch(0.00125, jitter).sample_index) for jitter in (0.0, 0.5, 0.9)}) == 1

@@ -89,6 +89,20 @@ def test_the_motion_is_that_of_a_program_of_its_own(name: str) -> None:
     assert np.all(np.max(np.abs(shared - own), axis=(0, 1, 2)) <= 1e-9 * size)
 
 
+def test_far_from_where_it_began_a_body_meets_no_stop() -> None:
+    rig = platform()
+    own, start = structure_of(rig), np.array([[-9e8, 1.0], [9e8, 1.0]])
+    log = record(T, np.ones_like(T), {"yaw_rad": np.zeros_like(T)})
+    problem = pose(own, [log], {"yaw_rad": 1.0})
+    found = []
+    for structure in (problem.structure, with_light_effects(problem.structure)):
+        numbers = np.tile(theta_of(rig, structure), (2, 1))
+        batch = problem.batch.with_own_numbers(numbers.shape[1])
+        found.append(free_runs(structure, numbers, start, batch.windows, batch))
+    assert "axis.end_stop" in structure.effects and np.ptp(found[0][0]) > 0.5
+    assert np.array_equal(*found)
+
+
 def test_every_log_keeps_numbers_of_its_own_and_what_is_known_to_be_added_to_them() -> None:
     structure = structure_of(platform())
     logs = [record(T, u, {"yaw_rad": np.zeros_like(T)}) for u in (np.full_like(T, 0.5), np.sin(9.0 * T))]
@@ -128,10 +142,11 @@ def costly(structure: Structure, rig: Rig) -> Counter[str]:
 
 @pytest.mark.parametrize("kind", RIGS)
 def test_what_is_light_takes_no_power_and_no_sine(kind: str) -> None:
-    bare = structure_of(RIGS[kind])
-    assert costly(with_light_effects(bare), RIGS[kind]) == costly(bare, RIGS[kind])
+    rig, bare = RIGS[kind], structure_of(RIGS[kind])
     heavy = "yaw.stribeck" if kind == "two_axis" else "motor.saturation" if kind == "wheel" else "axis.stribeck"
-    assert costly(bare.with_effects(heavy), RIGS[kind]) > costly(bare, RIGS[kind])
+    assert costly(bare.with_effects(heavy), rig) > costly(bare, rig)
+    for structure in (bare, bare.with_effects(heavy)):  # beside a friction others join
+        assert costly(with_light_effects(structure), rig) == costly(structure, rig), structure.effects
 
 
 def test_light_effects_have_no_states_of_their_own() -> None:
