@@ -209,12 +209,14 @@ class FlexibleCoupling(Coupling):
         return self.k * twist + self.c * slip
 
 
+FAR = 1e6
+"""Angle of a stop that is none [rad]."""
 INWARD = (0.003, 0.01, 0.03, 0.1)
 """Shares of the travel by which stops are looked for inside the furthest angles: a model without them runs wide of both."""
 
 
 class EndStop(AxisTorque):
-    r"""Stiff contact at travel limits, $M = k\,\max(\psi - \psi_+, 0)$ and the like at $\psi_-$, with a damper that never pulls.
+    r"""Stiff contact at travel limits, $M = k\,\max(\psi - \psi_+, 0)$ and the like at $\psi_-$, with a damper that never pulls; a stop at ±1e6 rad is none.
 
     Attributes:
         high: Angle of the upper stop [rad].
@@ -233,8 +235,8 @@ class EndStop(AxisTorque):
     ends_travel: ClassVar[bool] = True
     high: Scalar = param(
         "rad",
-        bounds=(-1e9, 1e9),
-        null=1e9,
+        bounds=(-FAR, FAR),
+        null=FAR,
         starts=tuple(s for share in INWARD for s in (-share, None, -share)),
         scale="span",
         origin="highest",
@@ -242,8 +244,8 @@ class EndStop(AxisTorque):
     )
     low: Scalar = param(
         "rad",
-        bounds=(-1e9, 1e9),
-        null=-1e9,
+        bounds=(-FAR, FAR),
+        null=-FAR,
         starts=tuple(s for share in INWARD for s in (None, share, share)),
         scale="span",
         origin="lowest",
@@ -254,8 +256,8 @@ class EndStop(AxisTorque):
 
     def torque(self, motion: Motion) -> Scalar:
         over, under = motion.psi - self.high, motion.psi - self.low
-        push = jnp.where(over > 0.0, jnp.maximum(self.k * over + self.d * motion.w, 0.0), 0.0)
-        pull = jnp.where(under < 0.0, jnp.minimum(self.k * under + self.d * motion.w, 0.0), 0.0)
+        push = jnp.where((over > 0.0) & (self.high < FAR), jnp.maximum(self.k * over + self.d * motion.w, 0.0), 0.0)
+        pull = jnp.where((under < 0.0) & (self.low > -FAR), jnp.minimum(self.k * under + self.d * motion.w, 0.0), 0.0)
         return -push - pull
 
     @classmethod
