@@ -255,9 +255,10 @@ class EndStop(AxisTorque):
     d: Scalar = param("N m s/rad", bounds=(0.0, jnp.inf), null=1.0, starts=(4.0,), scale="inertial", tex="d")
 
     def torque(self, motion: Motion) -> Scalar:
-        over, under = motion.psi - self.high, motion.psi - self.low
-        push = jnp.where((over > 0.0) & (self.high < FAR), jnp.maximum(self.k * over + self.d * motion.w, 0.0), 0.0)
-        pull = jnp.where((under < 0.0) & (self.low > -FAR), jnp.minimum(self.k * under + self.d * motion.w, 0.0), 0.0)
+        over = jnp.where(self.high < FAR, motion.psi - self.high, -1.0)
+        under = jnp.where(self.low > -FAR, motion.psi - self.low, 1.0)
+        push = jnp.where(over > 0.0, jnp.maximum(self.k * over + self.d * motion.w, 0.0), 0.0)
+        pull = jnp.where(under < 0.0, jnp.minimum(self.k * under + self.d * motion.w, 0.0), 0.0)
         return -push - pull
 
     @classmethod
