@@ -7,9 +7,10 @@ import pytest
 
 from rwjax.errors import LogError
 from rwjax.plant.from_rig import structure_of
-from rwjax.plant.structure import LONGEST_STEP
+from rwjax.plant.structure import LONGEST_STEP, ServoStructure
 from rwjax.simulation.batch import Batch
 from rwjax.simulation.layout import EARLIEST, lay_out, share_of_readings
+from tests.joints import joint, servo
 from tests.systems import platform, record
 
 STRUCTURE = structure_of(platform())
@@ -46,10 +47,18 @@ def test_logs_of_one_rig_share_their_programs_though_its_clock_is_not_quite_what
         t = dt * (np.arange(1501) + jitter * np.random.default_rng(0).uniform(-0.5, 0.5, 1501))
         return lay_out(STRUCTURE, [record(t, np.zeros_like(t))], [{"yaw_rad": 1.0}])
 
-    for dt in (0.01, LONGEST_STEP, 0.5 * LONGEST_STEP, 1 / 60, 1 / 120, 1 / 240):
+    for dt in (0.01, LONGEST_STEP, 0.5 * LONGEST_STEP, 1 / 60, 1 / 120, 1 / 240, 1 / 256):
         shapes = [[a.shape for a in batch(factor * dt)] for factor in (1.0, 0.992, 1.0001, 1.008)]
         assert shapes == shapes[:1] * 4, dt
     assert len({len(batch(0.00125, jitter).sample_index) for jitter in (0.0, 0.5, 0.9)}) == 1
+
+
+def test_a_tick_of_a_servo_is_one_step_though_the_log_s_clock_is_a_little_fast() -> None:
+    structure = structure_of(servo(joint()))._replace(servo=ServoStructure("error", 0.001, 1.0))
+    for dt, steps in ((0.001, 1), (0.0009999, 1), (0.0007, 2)):
+        t = dt * np.arange(500)
+        log = record(t, np.zeros_like(t), {"yaw_rad_s": np.zeros_like(t)})
+        assert lay_out(structure, [log], [{"yaw_rad_s": 1.0}]).h == pytest.approx([0.001 / steps]), dt
 
 
 def test_missing_readings_weigh_nothing_and_others_their_noise() -> None:
