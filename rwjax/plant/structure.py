@@ -86,7 +86,7 @@ class Structure(NamedTuple):
 
     @property
     def longest_step(self) -> float:
-        """Longest step of a time grid [s]: a sampling interval is divided until its parts are no longer than this, or hardly."""
+        """Longest step of a time grid [s]: a sampling interval is divided until its parts are no longer than this, or by 2 % at most."""
         if self.kind != "joint":
             return LONGEST_STEP
         return OF_INDUCTIVE_JOINTS if self.inductive else OF_JOINTS

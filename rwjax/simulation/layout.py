@@ -27,7 +27,7 @@ LONG_AGO = 1e4
 EARLIEST = 1.0
 """Time before a log's first sample from which a command may still act [s]."""
 ROOM = 1.1
-"""Times that, for which there is room at least: what is behind a power of two at usual rates is so at those of a clock that is off, too [1]."""
+"""Times that for which arrays have room, up to the next power of two: of usual rates, and of a clock that is a little off, they are as long [1]."""
 NEARLY = 0.02
 """Share by which a step may exceed the longest one [1]: by as much a logger's samples may be further apart than it says."""
 MOST_STEPS = 5_000_000
