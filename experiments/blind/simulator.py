@@ -198,9 +198,10 @@ def happen(x, event, p):
     elif event == WHEEL_RESTS:
         x[OMEGA] = 0.0
     elif event == STOPS:
-        x[PSI] = p.stop_high if x[W] > 0.0 else p.stop_low
+        high = 2.0 * x[PSI] > p.stop_low + p.stop_high  # the rate may have turned in the same step
+        x[PSI] = p.stop_high if high else p.stop_low
         if p.stop_form == 1.0:
-            x[TOUCH] = 1.0 if x[W] > 0.0 else -1.0
+            x[TOUCH] = 1.0 if high else -1.0
             return
         x[W] = -p.restitution * x[W] if p.restitution * abs(x[W]) > BOUNCE else 0.0
         if not apart(x, p):

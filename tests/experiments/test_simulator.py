@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
 from experiments.blind.sensors import Recorded, readings
-from experiments.blind.simulator import STEP, Truth, run, simulate
-from experiments.blind.truth import HEAT, PSI, PSI_DRIVE, W_DRIVE, W
+from experiments.blind.simulator import STEP, STOPS, Truth, happen, run, simulate
+from experiments.blind.truth import HEAT, PSI, PSI_DRIVE, STATES, TOUCH, W_DRIVE, W
 
 DEMO = Path(__file__).resolve().parents[2] / "data" / "demo"
 TIME = np.arange(1001) * 0.01
@@ -145,6 +145,15 @@ def test_a_hard_end_stop_is_never_passed_and_gives_back_its_share() -> None:
     assert x[60, 1] == -1.0
     pushed = simulate(TIME, np.full_like(TIME, 1.0), TIME, STILL, truth.array())
     assert np.all(pushed[-1, :2] == [1.0, 0.0])
+
+
+@pytest.mark.parametrize("rate", [1e-6, 0.0, -1e-6])  # friction may have turned it in the step in which it meets the stop
+def test_an_axis_stops_where_it_meets_the_stop(rate: float) -> None:
+    truth = replace(BARE, stop_form=1.0, stop_high=1.0, stop_stiffness=100.0)
+    x = np.zeros(STATES)
+    x[PSI], x[W] = 1.0, rate
+    happen(x, STOPS, truth.array())
+    assert (x[PSI], x[TOUCH]) == (1.0, 1.0)
 
 
 def test_a_soft_end_stop_is_bounded_by_the_energy_it_takes() -> None:
