@@ -8,6 +8,7 @@ import numpy as np
 from rwjax.errors import counted, in_two_digits
 from rwjax.kinds import GOAL, is_angle
 from rwjax.logs.dropouts import dropouts, equal_stretches, freezes, leaps_after_rests, without_dropouts
+from rwjax.logs.leaps import leaps
 from rwjax.logs.log import Log
 from rwjax.logs.noise import noise_by_output
 from rwjax.rig.columns import unit_of
@@ -56,7 +57,7 @@ class Finding(NamedTuple):
         about: "clock", "command", "readings", "loop", "units" or "numbers".
         says: What it is and what to do, one sentence.
         kind: "gaps", "bursts", "missing_rows", "uneven" or "drift" of a clock; "constant", "clipped", "one_way" or "begins_driven" of a
-            command; "missing", "outliers", "dropout", "frozen", "wrap" or "still" of readings; "loop"; "question" about units;
+            command; "missing", "outliers", "dropout", "frozen", "leap", "wrap" or "still" of readings; "loop"; "question" about units;
             "guessed", "nothing_told" or "barely_told" of numbers.
     """
 
@@ -311,7 +312,7 @@ def _about_readings(log: Log) -> Iterator[tuple[str, str]]:
     noise = noise_by_output(log)
     for name, y in log.outputs.items():
         seen = np.isfinite(y)
-        yield from _wrapped(log, name)
+        yield from [*_wrapped(log, name)] or (("leap", leap.says) for leap in leaps(log, name))
         if frozen := _frozen(log, name):
             k, many = frozen
             lasts = log.time[k + many - 1] - log.time[k]

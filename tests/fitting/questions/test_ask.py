@@ -114,6 +114,12 @@ def test_a_rate_without_its_sign_is_asked_about_in_place_of_the_command() -> Non
     assert ["unsigned" in question or "in rpm" in question for question in questions(RIG, rpm)] == [True, True]
 
 
+def test_a_leap_is_asked_about_alone() -> None:
+    leaping = replace(LOGS[1], outputs={"yaw_rad": LOGS[1].outputs["yaw_rad"] + np.where(TIME < 6.0, 0.0, 30.0)})
+    (question,) = questions(RIG, [LOGS[0], leaping, LOGS[2]])
+    assert question.startswith("chirp.csv: yaw_rad leaps from ") and " rad at 6 s and goes on" in question
+
+
 def test_a_drop_out_is_asked_about_in_place_of_the_command() -> None:
     lost = (np.arange(1500) >= 600) & (np.arange(1500) < 700)
     far = 20.0 + np.where(lost, -20.0, LOGS[1].outputs["yaw_rad"])
