@@ -5,8 +5,9 @@ from typing import ClassVar
 import jax.numpy as jnp
 
 from rwjax.effects.effect import Motion
+from rwjax.effects.harmonics import two_harmonics
 from rwjax.effects.parameter import param
-from rwjax.effects.ports import AxisAgeing, AxisDry, Inertia
+from rwjax.effects.ports import AxisAgeing, AxisDry, AxisTorque, Inertia
 from rwjax.types import Scalar
 
 
@@ -86,3 +87,35 @@ class GrowingInertia(Inertia):
 
     def factor(self, w: Scalar) -> Scalar:
         return 1.0 - self.p * jnp.expm1(-((w / self.w_0) ** 2))
+
+
+class AngleGain(AxisTorque):
+    r"""A gain that goes with the angle: $M_d\,(s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi)$ is driven besides.
+
+    $M_d$ is the torque that the drive transmits. So a crank, an eccentric pulley or a motor whose constant goes with its angle drives.
+
+    Attributes:
+        s_1: Sine of the angle in the gain, over its mean [1].
+        c_1: Cosine of the angle [1].
+        s_2: Sine of twice the angle [1].
+        c_2: Cosine of twice the angle [1].
+    """
+
+    name: ClassVar[str] = "axis.angle_gain"
+    label: ClassVar[str] = "a gain that goes with the angle"
+    coordinate: ClassVar[str] = "yaw"
+    equation: ClassVar[str] = "drives with M_d (s_1 sin ψ + c_1 cos ψ + s_2 sin 2ψ + c_2 cos 2ψ)"
+    at_angle: ClassVar[bool] = True
+    passes_for: ClassVar[tuple[str, ...]] = (
+        "axis.imbalance",
+        "axis.spring",
+        "axis.angle_friction",
+        "axis.periodic_torque",
+    )
+    s_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.2, 0.0, 0.0, 0.0), tex="s_1")
+    c_1: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.2, 0.0, 0.0), tex="c_1")
+    s_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.2, 0.0), tex="s_2")
+    c_2: Scalar = param("1", bounds=(-jnp.inf, jnp.inf), starts=(0.0, 0.0, 0.0, 0.2), tex="c_2")
+
+    def torque(self, motion: Motion) -> Scalar:
+        return motion.load * two_harmonics(motion.psi, self.s_1, self.c_1, self.s_2, self.c_2)

@@ -13,7 +13,8 @@ from rwjax.effects.library import dry_numbers, null_of_optional
 from rwjax.fitting.batched_runs import Simulating, together
 from rwjax.fitting.multiple_shooting import Fit, least_squares, reaches_noise
 from rwjax.fitting.problem import Problem
-from rwjax.fitting.secant import descend, with_residual
+from rwjax.fitting.secant import descend, residuals, search_point, slopes, step_by_slopes, with_residual
+from rwjax.simulation.shooting import Evaluation
 
 SPANS = (0.03, 0.01, 0.003)
 """Spans of the secants in coordinates: logarithms, or shares of the number's own size [1]."""
@@ -21,10 +22,11 @@ MOST_STEPS = 12
 """Secant steps at most."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step's gain leads to the next span, and up to which a number without trace stays where it is [1]."""
-ELSEWHERE = (-1.0, -0.9, -0.75, -0.5, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0)
-"""Shares of itself by which a number without trace is moved where a fit is tried anew; half as far in every further round [1]."""
-STEPS_ELSEWHERE, ROUNDS = 2, 4
-"""Steps of such a fit, by which the other numbers settle roughly; and how often this is done [1, 1]."""
+FAR, STAIRS, ROUNDS = 4.0, 113, 4
+"""Factor up to which a number without trace is moved either way; how many values are tried within; and how often this is done, up to the root of
+the factor where nothing better was found [1, 1, 1]."""
+CARRIED_ON, STEPS_ELSEWHERE = 3, 2
+"""Of the points found so, those from which a fit is tried anew; its steps, by which the other numbers settle roughly [1, 1]."""
 
 
 def secant_steps(begun: Fit) -> Fit:
@@ -84,7 +86,8 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
     """The best of a fit and of those that begin with a number without trace elsewhere.
 
     The cost is a staircase in such a number: no slope leads to another step of it, and the other numbers have settled on this one. Where
-    one of an effect's form may as well have its null, it has; every other one that nothing tells stays what it is.
+    one of an effect's form may as well have its null, it has. Any other one has the middle of its step, all of which leaves the same; where
+    nothing tells it, it stays what it is.
 
     Args:
         found: A fit with its derivatives.
@@ -93,18 +96,20 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
     Returns:
         The best fit, with its derivatives.
     """
-    problem, c = found.problem, found.coordinates
-    for turn in range(ROUNDS):
+    problem, c, far = found.problem, found.coordinates, FAR
+    for _ in range(ROUNDS):
         tried = [
-            least_squares(problem, c, theta, start=found.start, most_steps=STEPS_ELSEWHERE, check=check)
+            least_squares(problem, c, there.theta, start=there.start, most_steps=STEPS_ELSEWHERE, check=check)
             for k in _without_trace(found)
             if found.theta[k]
-            for theta in (_with(found.theta, k, (1.0 + m / 2**turn) * float(found.theta[k])) for m in ELSEWHERE)
+            for there in _on_other_stairs(found, k, far)
         ]
         best = min(tried, key=lambda f: f.cost, default=found)
         if found.cost - best.cost > TOLERANCE * max(best.cost, 1.0):  # else another step of its stairs is as good
             rest = least_squares(problem, c, best.theta, start=best.start, check=check)
             found = replace(rest, steps=rest.steps + best.steps + found.steps)
+        else:
+            far **= 0.5
     for k in _without_trace(found):
         if (null := null_of_optional(problem.names[k].partition(" ")[0])) is not None:
             at_null = least_squares(
@@ -112,7 +117,48 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
             )
             if at_null.cost <= found.cost:
                 found = replace(at_null, converged=found.converged, steps=found.steps)
+    for k in _without_trace(found):
+        theta = _with(found.theta, k, _middle_of_its_step(found, k))
+        there = least_squares(problem, c, theta, start=found.start, most_steps=0, check=check)
+        found = replace(there, converged=found.converged, steps=found.steps)
     return found
+
+
+def _elsewhere(found: Fit, k: int, far: float) -> Simulating[tuple[list[np.ndarray], np.ndarray]]:
+    """Parameter vectors with a number up to a factor higher and lower, and their residuals, those of the fit itself in the middle."""
+    factors = np.geomspace(1.0 / far, far, STAIRS)
+    thetas = [found.coordinates.clip(_with(found.theta, k, factor * float(found.theta[k]))) for factor in factors]
+    return thetas, (yield from residuals(found.problem, thetas, [found.start] * STAIRS))
+
+
+def _on_other_stairs(found: Fit, k: int, far: float) -> list[Fit]:
+    """Points with a number elsewhere, each on a step of its stairs of its own, from which a fit may go on: those that cost least.
+
+    All other numbers and the initial states have taken one step, by their slopes at the fit.
+    """
+    problem, others = found.problem, found.coordinates.without(k)
+
+    def runs() -> Simulating[tuple[Evaluation, list[np.ndarray], np.ndarray]]:
+        thetas, r = yield from _elsewhere(found, k, far)
+        e = yield from slopes(problem, others, found.theta, found.start, r[STAIRS // 2], SPANS[-1])
+        return e, thetas, r
+
+    e, thetas, r = together([runs()])[0]
+    begins = [j for j in range(STAIRS) if j == 0 or not np.array_equal(r[j], r[j - 1])]
+    middles = [(first + end - 1) // 2 for first, end in zip(begins, [*begins[1:], STAIRS], strict=True)]
+    other = [j for j in middles if np.isfinite(r[j]).all() and not np.array_equal(r[j], r[STAIRS // 2])]
+    there = [search_point(problem, others, thetas[j], found.start, r[j]) for j in other]
+    return sorted(together([step_by_slopes(f, e) for f in there]), key=lambda f: f.cost)[:CARRIED_ON]
+
+
+def _middle_of_its_step(found: Fit, k: int) -> float:
+    """The number in the middle of the step of its stairs on which it is; itself where the step ends nowhere near."""
+    thetas, r = together([_elsewhere(found, k, FAR ** (0.5**ROUNDS))])[0]
+    differs = np.array([not np.array_equal(one, r[STAIRS // 2]) for one in r])
+    below, above = np.flatnonzero(differs[: STAIRS // 2]), STAIRS // 2 + np.flatnonzero(differs[STAIRS // 2 :])
+    if not len(below) or not len(above):
+        return float(found.theta[k])
+    return float(thetas[below[-1] + 1][k] + thetas[above[0] - 1][k]) / 2.0
 
 
 def _with(theta: np.ndarray, k: int, value: float) -> np.ndarray:

@@ -224,6 +224,23 @@ def _trials(here: Fit, e: Evaluation) -> Simulating[list[Fit]]:
     return sorted(tried, key=lambda f: f.cost)
 
 
+def step_by_slopes(here: Fit, slopes_nearby: Evaluation) -> Simulating[Fit]:
+    """A point after one Gauss-Newton step by the slopes of another point.
+
+    Args:
+        here: A point with its residual.
+        slopes_nearby: What `slopes` gives there, by the coordinates of `here`.
+
+    Yields:
+        Free runs to simulate.
+
+    Returns:
+        Of the points that several dampings lead to the one that costs least; `here` where there is none.
+    """
+    e = _evaluation(slopes_nearby.local, here.evaluation.residual, here.start.shape[1])
+    return next(iter((yield from _trials(here, e))), here)
+
+
 def _first_better(here: Fit, trials: Sequence[Fit]) -> Simulating[Fit]:
     """The first trial that costs less than the present point once its initial states are exact, or the point itself."""
     for trial in trials:

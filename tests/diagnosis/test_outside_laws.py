@@ -47,22 +47,25 @@ def fits_of(truth: str) -> ModelFits:
     return fits
 
 
-MISSED, INERTIA = Hypothesis(("sensor.missed_counts",)), Hypothesis(("axis.growing_inertia",))
-DRIFT, WORKED = Hypothesis(("axis.friction_drift",)), Hypothesis(("axis.worked_friction",))
-OTHERS = {  # two names, and the laws that pass for them
+PASSES = {  # names, and the laws that pass for them
+    "sensor.missed_counts": "axis.growing_inertia",
+    "axis.friction_drift": "axis.worked_friction",
+    "axis.spring": "axis.angle_gain",
+}
+OTHERS = {
     "sensor.missed_counts": {"s": 0.2, "w_m": 2.0, "j": 0.0},
     "axis.growing_inertia": {"p": 0.3, "w_0": 4.0},
     "axis.friction_drift": {"d": 1.0, "B": 0.0, "tau": 3.0, "s": 0.0},
     "axis.worked_friction": {"d": 0.4, "tau": 1.0},
+    "axis.spring": {"k": 0.02, "T_0": 0.0, "k_3": 0.0},
+    "axis.angle_gain": {"s_1": 0.3, "c_1": -0.2, "s_2": 0.0, "c_2": 0.05},
 }
+SOON = ("axis.growing_inertia", "axis.angle_gain")
 
 
-SOON = "axis.growing_inertia"
-
-
-@pytest.mark.parametrize("truth", [pytest.param(e, marks=[] if e == SOON else [pytest.mark.slow]) for e in OTHERS])
-def test_so_do_an_inertia_and_a_friction_that_change_with_the_motion(truth: str) -> None:
-    name, law = (MISSED, INERTIA) if truth in (*MISSED.names, *INERTIA.names) else (DRIFT, WORKED)
+@pytest.mark.parametrize("truth", [pytest.param(e, marks=[] if e in SOON else [pytest.mark.slow]) for e in OTHERS])
+def test_so_do_laws_of_the_motion_and_of_the_angle(truth: str) -> None:
+    name, law = next(pair for pair in PASSES.items() if truth in pair)
     t, logs = np.arange(801) * 0.01, []
     for seed in range(2):
         rng = np.random.default_rng(seed)
@@ -72,11 +75,12 @@ def test_so_do_an_inertia_and_a_friction_that_change_with_the_motion(truth: str)
     fits = ModelFits.of(RIG, logs, range(len(logs)))
     fits(NOTHING)
     fits.start_from_first_readings()
-    SuccessiveHalving(fits).fit([name], NOTHING)
-    fitted(fits, name)
-    asked = outside_laws_of([name])
-    assert [one.instead for one in asked] == [law]
-    assert doing_as_well(fits, asked) == ([] if truth in name.names else asked)
+    claimed = Hypothesis((name,))
+    SuccessiveHalving(fits).fit([claimed], NOTHING)
+    fitted(fits, claimed)
+    asked = outside_laws_of([claimed])
+    assert [one.instead.names for one in asked] == [(law,)]
+    assert doing_as_well(fits, asked) == ([] if truth == name else asked)
 
 
 ASKED = OutsideLaw("axis.stribeck", "axis.growing_stiction", STRIBECK, GROWS)

@@ -121,6 +121,34 @@ def test_worked_friction_coasts_as_a_linear_system() -> None:
     assert w == pytest.approx([(expm(A * at) @ [2.0, 0.0, 1.0])[0] for at in t], abs=1e-5) and w[-1] > 0.0
 
 
+ANGLE_GAIN = {"s_1": 0.3, "c_1": -0.2, "s_2": 0.1, "c_2": 0.05}
+
+
+def work(psi: np.ndarray) -> np.ndarray:
+    """Integral of the gain, as a multiple of its mean, over the angle [rad]."""
+    s_1, c_1, s_2, c_2 = ANGLE_GAIN.values()
+    once, twice = s_1 * (1.0 - np.cos(psi)) + c_1 * np.sin(psi), s_2 * (1.0 - np.cos(2 * psi)) + c_2 * np.sin(2 * psi)
+    return psi + once + twice / 2.0
+
+
+def test_a_gain_that_goes_with_the_angle_does_the_work_of_the_drive_over_it() -> None:
+    rig, t = platform("coulomb = 0.0\nviscous = 0.0"), np.arange(601) * 0.01
+    log = record(t, np.full(len(t), 0.5), {"yaw_rad": 0.0 * t, "yaw_rad_s": 0.0 * t})
+    found = run(rig, log, {}, effects={"axis.angle_gain": ANGLE_GAIN}, refine=4)
+    energy = rig.values["axis.inertia"] * found["yaw_rad_s"] ** 2 / 2.0
+    assert (
+        energy == pytest.approx(GAIN * 0.5 * work(found["yaw_rad"]), rel=1e-3, abs=1e-6) and found["yaw_rad"][-1] > 6.0
+    )
+
+
+def test_on_a_reaction_rig_it_is_of_the_torque_that_the_wheel_gives_back() -> None:
+    rig, t = reaction("coulomb = 0.0\nviscous = 0.0"), np.arange(401) * 0.01
+    log = record(t, np.full(len(t), 6.0), {"yaw_rad": 0.0 * t, "yaw_rad_s": 0.0 * t, "wheel_rad_s": 0.0 * t})
+    only_mean = {"axis.angle_gain": {"s_1": 0.0, "c_1": 0.0, "s_2": 0.0, "c_2": -0.999999}}
+    still = run(rig, log, {}, effects=only_mean, refine=4)
+    assert np.max(np.abs(still["yaw_rad_s"])) < 1e-4 and still["wheel_rad_s"][-1] > 10.0
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_rig_file_and_no_answer_has_one(kind: str) -> None:
     assert not {law.name for law in UNLISTED} & {*of_kind(kind)}

@@ -147,7 +147,9 @@ def test_a_hard_end_stop_is_never_passed_and_gives_back_its_share() -> None:
     assert np.all(pushed[-1, :2] == [1.0, 0.0])
 
 
-@pytest.mark.parametrize("rate", [1e-6, 0.0, -1e-6])  # friction may have turned it in the step in which it meets the stop
+@pytest.mark.parametrize(
+    "rate", [1e-6, 0.0, -1e-6]
+)  # friction may have turned it in the step in which it meets the stop
 def test_an_axis_stops_where_it_meets_the_stop(rate: float) -> None:
     truth = replace(BARE, stop_form=1.0, stop_high=1.0, stop_stiffness=100.0)
     x = np.zeros(STATES)

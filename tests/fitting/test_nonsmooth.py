@@ -10,7 +10,7 @@ from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from tests.fitting.heavier import believed_heavier
 from tests.fitting.logs import log_of
-from tests.fitting.moving_runs import STEP_OF_COMMAND, starting_with_a_jump, with_jump
+from tests.fitting.moving_runs import SMOOTH, STEP_OF_COMMAND, starting_with_a_jump, with_jump
 from tests.systems import platform, record, run
 
 
@@ -51,6 +51,27 @@ def test_a_number_without_trace_is_found_many_steps_of_its_stairs_away(jump: flo
     better = beyond_stairs(found)
     assert better.cost < 1e-3
     assert better.theta[moves.index[0]] == pytest.approx(jump, abs=STEP_OF_COMMAND)
+
+
+@pytest.mark.parametrize(("peak", "begun"), [(4.0, 0.06), (2.0, 0.14), (2.0, 0.3)])
+def test_it_is_found_too_where_the_other_numbers_have_settled_on_another_step(peak: float, begun: float) -> None:
+    """Every command that is lost or kept turns the axis to another place for good, so that the cost goes up and down from step to step."""
+    t = np.arange(1100) * 0.01
+    triangles = peak * 2.0 / np.pi * np.arcsin(np.sin((0.5 if peak > 3.0 else 0.8) * t)) * (1.0 + t / 220.0)
+    log = record(t, np.where(t > 0.6, triangles, 0.0))
+    y = run(SMOOTH, log, {}, effects={"drive.deadzone": {"j": 0.1}})
+    structure = structure_of(SMOOTH).with_effects("drive.deadzone")
+    problem = pose(structure, [record(t, log.command, {"yaw_rad": y["yaw_rad"]})], {"yaw_rad": 1e-4})
+    theta, jump = theta_of(SMOOTH, structure), structure.names.index("drive.deadzone.j")
+    theta[jump] = begun
+    free = np.isin(structure.names, ("axis.inertia", "axis.friction.viscous", "drive.deadzone.j"))
+    moves = coordinates(theta, free, bounds_of(SMOOTH, structure), np.maximum(np.abs(theta), 0.01))
+    found = least_squares(problem, moves, theta)
+    assert found.cost > 1e3 and leaves_no_trace(found)
+    better, sizes = beyond_stairs(found), np.unique(np.abs(log.command))
+    assert better.cost < 1e-3
+    middle = (sizes[sizes < 0.1][-1] + sizes[sizes > 0.1][0]) / 2.0
+    assert better.theta[jump] == pytest.approx(middle, rel=0.01)
 
 
 def test_a_number_that_may_as_well_be_0_is_0() -> None:

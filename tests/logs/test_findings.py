@@ -81,7 +81,11 @@ ODD = [
         "yaw_rad jumps by 4096 counts, a turn, ",
     ),
     (of(yaw_rad=np.mod(ANGLE + np.pi, 2.0 * np.pi)), "readings", "yaw_rad jumps by 6.283 rad, a turn, "),
-    (of(yaw_rad=ANGLE + np.where(T < 9.0, 0.0, 5.0)), "readings", " rad at 9 s and goes on from there: was the counter set anew?"),
+    (
+        of(yaw_rad=ANGLE + np.where(T < 9.0, 0.0, 5.0)),
+        "readings",
+        " rad at 9 s and goes on from there: was the counter set anew?",
+    ),
     (loop(), "loop", "voltage_V answers yaw_rad (correlation "),
 ]
 

@@ -62,7 +62,12 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         The questions, one sentence each.
     """
     dropped, problem, theta = _without_dropouts(problem, theta)
-    if leaping := [Question(f"{log.name}: {leap.says}") for log in _read(problem) for name in log.outputs for leap in leaps(log, name)]:
+    if leaping := [
+        Question(f"{log.name}: {leap.says}")
+        for log in _read(problem)
+        for name in log.outputs
+        for leap in leaps(log, name)
+    ]:
         return [*dropped, *leaping]  # behind which no free run is near
     if contradicted := about_servos(
         _read(problem), problem.structure.unsigned
