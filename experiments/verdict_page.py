@@ -42,6 +42,7 @@ from experiments.blind.score import (
 from experiments.real.published import PUBLISHED
 from experiments.real.run import outcome as outcome_of_pair
 from experiments.speed.table import Table, markdown
+from experiments.standing import standing
 from rwjax.diagnosis.settings import Limits, PartialSettings
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.rig.columns import unit_of
@@ -113,7 +114,7 @@ def text(block: Block) -> str:
     """What stands between the markers."""
     title, head, rows = block.table
     files = ", then ".join(source(name, block.groups) for name in block.files)
-    return f"\n*{title}. From {files}.*\n\n{markdown(head, rows)}\n\n"
+    return f"\n*{title}.{f' From {files}.' if files else ''}*\n\n{markdown(head, rows)}\n\n"
 
 
 def asked(among: Sequence[Line], alike: Judged) -> Table:
@@ -313,7 +314,20 @@ def asked_otherwise(number: int) -> Block:
     return Block((AGAIN,), asked_again.tables(lines(AGAIN))[number])
 
 
+@cache
+def told_by_the_oracle(name: str) -> Judged:
+    """What the oracle cannot tell apart, by what it was asked about any answers to a file's set."""
+    of_set = SIMULATED.glob(f"{lines(name)[0].get('set', name)}*.inseparable.jsonl")
+    return judged(*(one.with_name(one.name.replace(".inseparable", "")) for one in sorted(of_set)))
+
+
+def where_it_stands() -> Block:
+    """What is asked, and what the newest answers reach."""
+    return Block((), standing(lines, told_by_the_oracle))
+
+
 BLOCKS: dict[str, Callable[[], Block]] = {
+    "standing": where_it_stands,
     "worth": of(worth),
     "asked": of(asked),
     "final": of(reached, name=FINAL),

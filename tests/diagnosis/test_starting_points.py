@@ -1,6 +1,7 @@
 """Starting points: where a hypothesis may begin."""
 
 import numpy as np
+import pytest
 
 from rwjax.diagnosis.hypothesis import Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
@@ -28,16 +29,18 @@ def test_two_places_that_no_run_tells_apart_are_one() -> None:
     assert stopped not in fits  # nothing is taken down
 
 
-def test_a_hypothesis_also_begins_where_the_rig_file_says_if_its_parent_went_far_from_it() -> None:
+@pytest.mark.parametrize("times", [0.55, 0.7, 1.4, 1.6, 5.5])
+def test_a_hypothesis_also_begins_where_the_rig_file_says_if_its_parent_went_far_from_it(times: float) -> None:
     rig, named = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",))
     fits = fits_of(rig, true_log(rig))
     fits(NOTHING)
     assert not len(candidate_of(fits, named, NOTHING).unprobed)
-    moved_to(fits, NOTHING, {"axis.inertia": 0.1 * 5.5}, ended=True)
+    moved_to(fits, NOTHING, {"axis.inertia": 0.1 * times}, ended=True)
     candidate = candidate_of(fits, named, NOTHING)
     k = candidate.problem.structure.names.index("axis.inertia")
-    assert candidate.unprobed and all(theta[k] == 0.1 for theta in candidate.unprobed)
-    assert all(theta[k] == 0.1 * 5.5 for theta in candidate.starts)
+    assert bool(candidate.unprobed) == (abs(np.log(times)) > np.log(1.5))
+    assert all(theta[k] == 0.1 for theta in candidate.unprobed)
+    assert all(theta[k] == 0.1 * times for theta in candidate.starts)
 
 
 def test_a_place_whose_run_leaves_the_range_of_numbers_hides_none_at_which_it_does_not() -> None:

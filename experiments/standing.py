@@ -1,0 +1,136 @@
+"""What is asked of the diagnosis, and what its newest answers to cases that no search had served reach: the first table of docs/verdict.md.
+
+Each row takes the newest files of its kind of case. A file holds answers of one search, or of a few; none of it was asked before.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from typing import NamedTuple
+
+from experiments.blind.score import RIGHT, Judged, Line, among_small, outcome, share
+from experiments.real.published import PUBLISHED
+from experiments.real.run import outcome as outcome_of_pair
+from experiments.speed.table import Table
+from rwjax.diagnosis.verdict import CLAIMS
+
+ONE, TWO, MESSY, NONE, OUTSIDE, SETUPS, SETS = (
+    ("final_single",),
+    ("final_pairs",),
+    ("third", "third_messy", "third_rest", "third_now"),
+    ("final_single", "third_others"),
+    ("third_others", "third_rest", "third_now"),
+    ("repeated_friction",),
+    ("sets",),
+)
+"""Files of one cause, two causes, large causes among small ones, nothing missing, causes outside the list, changed set-ups and published sets."""
+MINUTE = 60.0
+"""Time that a measured set may take [s]."""
+Lines = Callable[[str], Sequence[Line]]
+"""The answers of a file by its name."""
+
+
+class Row(NamedTuple):
+    """A figure that is asked for.
+
+    Attributes:
+        what: What is counted.
+        least: What is asked, at least or at most.
+        files: The files of its cases.
+        groups: The groups of these; all where none is named.
+        counted: Whether an answer is a hit; None for one that does not count.
+    """
+
+    what: str
+    least: str
+    files: Sequence[str]
+    groups: Collection[str]
+    counted: Callable[[Line, Judged], bool | None]
+
+
+def _within(*outcomes: str) -> Callable[[Line, Judged], bool]:
+    return lambda line, alike: outcome(line, alike) in outcomes
+
+
+def _among_small(*outcomes: str) -> Callable[[Line, Judged], bool]:
+    return lambda line, alike: among_small(line) in outcomes
+
+
+def _true_in_part(line: Line, alike: Judged) -> bool | None:
+    """Whether all names under `partial` are true; None of another verdict."""
+    if line.get("verdict") != "partial":
+        return None
+    return among_small(line) in ("named", "part") if line["group"] == "messy" else outcome(line, alike) == "part"
+
+
+def _of_setup(*outcomes: str) -> Callable[[Line, Judged], bool | None]:
+    """Whether an answer to a changed set-up is worth one of some outcomes; None where nothing was changed."""
+
+    def counted(line: Line, alike: Judged) -> bool | None:
+        sets = [line["effects"], *line["alternatives"]]
+        worth = outcome_of_pair(line["verdict"], sets, line["changed"], PUBLISHED[line["data"]].present)
+        return worth in outcomes if line["changed"] else None
+
+    return counted
+
+
+def _asked(line: Line, hit: bool) -> bool | None:
+    """A hit of a published set; None of one that was not asked."""
+    return None if "reason" in line else hit
+
+
+def _claims(line: Line, alike: Judged) -> bool:
+    return line.get("verdict") in CLAIMS
+
+
+ROWS = (
+    Row("one cause: it alone, or with what the logs cannot tell from it", "93 %", ONE, ("single",), _within(*RIGHT)),
+    Row("… a wrong name", "at most 1 %", ONE, ("single",), _within("wrong")),
+    Row("two causes, each of size 5 without the other: both", "70 %", TWO, ("pair",), _within(*RIGHT)),
+    Row("… any false name", "at most 4 %", TWO, ("pair",), _within("wider", "wrong")),
+    Row("large causes among small ones: all large ones", "70 %", MESSY, ("messy",), _among_small("named")),
+    Row("… true names, not all of them", "", MESSY, ("messy",), _among_small("part")),
+    Row("… a true set beside one that is not", "", MESSY, ("messy",), _among_small("wider")),
+    Row("… false names alone", "at most 5 %", MESSY, ("messy",), _among_small("false")),
+    Row("nothing missing: any name", "at most 1 %", NONE, ("none",), _claims),
+    Row("a cause outside the list: any name", "at most 6 %", OUTSIDE, ("outside",), _claims),
+    Row("names under `partial`: all true", "95 %", (*MESSY, *OUTSIDE), (), _true_in_part),
+    Row(
+        "measured rig, changed: a change, alone or beside what is published",
+        "60 %",
+        SETUPS,
+        (),
+        _of_setup("named", "in part", "beside published"),
+    ),
+    Row("… a false name", "at most 10 %", SETUPS, (), _of_setup("wrong", "named with others")),
+    Row(
+        "published sets: a name that the source contradicts",
+        "at most 1",
+        SETS,
+        (),
+        lambda line, _: _asked(line, line.get("beside_published") == "contradicts"),
+    ),
+    Row("… within a minute", "all", SETS, (), lambda line, _: _asked(line, (line.get("seconds") or 0.0) <= MINUTE)),
+)
+
+
+def standing(lines: Lines, alike: Callable[[str], Judged], rows: Sequence[Row] = ROWS) -> Table:
+    """What is asked and what is reached.
+
+    Args:
+        lines: The answers of a file by its name.
+        alike: What the oracle cannot tell apart in a file, by its name.
+        rows: What is counted.
+
+    Returns:
+        The table, a row for each figure.
+    """
+    told = []
+    for row in rows:
+        hits = [
+            hit
+            for name in dict.fromkeys(row.files)
+            for line in lines(name)
+            if (not row.groups or line["group"] in row.groups) and (hit := row.counted(line, alike(name))) is not None
+        ]
+        files = ", ".join(f"`{name}`" for name in dict.fromkeys(row.files))
+        told.append([row.what, row.least, str(len(hits)), share(sum(hits), len(hits)), files])
+    return Table("Asked and reached by the newest answers", ["", "asked", "cases", "reached", "files"], told)
