@@ -203,7 +203,8 @@ def happen(x, event, p):
         if p.stop_form == 1.0:
             x[TOUCH] = 1.0 if high else -1.0
             return
-        x[W] = -p.restitution * x[W] if p.restitution * abs(x[W]) > BOUNCE else 0.0
+        rebound = p.restitution * abs(x[W]) if p.restitution * abs(x[W]) > BOUNCE else 0.0
+        x[W] = -rebound if high else rebound
         if not apart(x, p):
             x[W_DRIVE] = x[W]
     elif event == GAP_CLOSES:

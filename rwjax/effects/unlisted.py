@@ -92,7 +92,8 @@ class GrowingInertia(Inertia):
 class AngleGain(AxisTorque):
     r"""A gain that goes with the angle: $M_d\,(s_1\sin\psi + c_1\cos\psi + s_2\sin 2\psi + c_2\cos 2\psi)$ is driven besides.
 
-    $M_d$ is the torque that the drive transmits. So a crank, an eccentric pulley or a motor whose constant goes with its angle drives.
+    $M_d$ is the torque that the drive transmits. So a crank, an eccentric pulley or a motor whose constant goes with its angle drives. A
+    reaction wheel does not feel it: there it is a torque on the body alone.
 
     Attributes:
         s_1: Sine of the angle in the gain, over its mean [1].

@@ -22,11 +22,15 @@ MOST_STEPS = 12
 """Secant steps at most."""
 TOLERANCE = 1e-3
 """Share of the cost below which a step's gain leads to the next span, and up to which a number without trace stays where it is [1]."""
-FAR, STAIRS, ROUNDS = 4.0, 113, 4
+REACH, VALUES, ROUNDS = 4.0, 113, 4
 """Factor up to which a number without trace is moved either way; how many values are tried within; and how often this is done, up to the root of
 the factor where nothing better was found [1, 1, 1]."""
 CARRIED_ON, STEPS_ELSEWHERE = 3, 2
 """Of the points found so, those from which a fit is tried anew; its steps, by which the other numbers settle roughly [1, 1]."""
+NARROWER = (1 / 16, 1 / 4, 1)
+"""Powers of the factor within which the ends of a number's step are looked for, one after the other [1]."""
+AT_A_TIME = 16
+"""Runs whose readings are held at a time."""
 
 
 def secant_steps(begun: Fit) -> Fit:
@@ -87,7 +91,7 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
 
     The cost is a staircase in such a number: no slope leads to another step of it, and the other numbers have settled on this one. Where
     one of an effect's form may as well have its null, it has. Any other one has the middle of its step, all of which leaves the same; where
-    nothing tells it, it stays what it is.
+    both ends of the step are not near, it stays what it is.
 
     Args:
         found: A fit with its derivatives.
@@ -96,69 +100,84 @@ def beyond_stairs(found: Fit, check: Callable[[], None] = lambda: None) -> Fit:
     Returns:
         The best fit, with its derivatives.
     """
-    problem, c, far = found.problem, found.coordinates, FAR
+    problem, c, reach = found.problem, found.coordinates, REACH
     for _ in range(ROUNDS):
         tried = [
             least_squares(problem, c, there.theta, start=there.start, most_steps=STEPS_ELSEWHERE, check=check)
             for k in _without_trace(found)
             if found.theta[k]
-            for there in _on_other_stairs(found, k, far)
+            for there in _on_other_steps(found, k, reach, check)
         ]
-        best = min(tried, key=lambda f: f.cost, default=found)
+        if not tried:
+            break
+        best = min(tried, key=lambda f: f.cost)
         if found.cost - best.cost > TOLERANCE * max(best.cost, 1.0):  # else another step of its stairs is as good
             rest = least_squares(problem, c, best.theta, start=best.start, check=check)
             found = replace(rest, steps=rest.steps + best.steps + found.steps)
         else:
-            far **= 0.5
+            reach **= 0.5
     for k in _without_trace(found):
-        if (null := null_of_optional(problem.names[k].partition(" ")[0])) is not None:
-            at_null = least_squares(
-                problem, c, _with(found.theta, k, null), start=found.start, most_steps=0, check=check
-            )
-            if at_null.cost <= found.cost:
-                found = replace(at_null, converged=found.converged, steps=found.steps)
-    for k in _without_trace(found):
-        theta = _with(found.theta, k, _middle_of_its_step(found, k))
-        there = least_squares(problem, c, theta, start=found.start, most_steps=0, check=check)
-        found = replace(there, converged=found.converged, steps=found.steps)
+        null = null_of_optional(problem.names[k].partition(" ")[0])
+        for value in (null, _middle_of_its_step(found, k, check)):
+            if value is not None and found.theta[k] not in (value, null):
+                theta = _with(found.theta, k, value)
+                there = least_squares(problem, c, theta, start=found.start, most_steps=0, check=check)
+                if there.cost <= found.cost:
+                    found = replace(there, converged=found.converged, steps=found.steps)
     return found
 
 
-def _elsewhere(found: Fit, k: int, far: float) -> Simulating[tuple[list[np.ndarray], np.ndarray]]:
-    """Parameter vectors with a number up to a factor higher and lower, and their residuals, those of the fit itself in the middle."""
-    factors = np.geomspace(1.0 / far, far, STAIRS)
+def _swept(found: Fit, k: int, reach: float, check: Callable[[], None]) -> tuple[list[np.ndarray], np.ndarray]:
+    """Parameter vectors with a number up to a factor higher and lower, the fit's own in the middle, and their squares left.
+
+    On one step of its stairs the squares are the same to the last bit.
+    """
+    factors, squares = np.geomspace(1.0 / reach, reach, VALUES), list[float]()
     thetas = [found.coordinates.clip(_with(found.theta, k, factor * float(found.theta[k]))) for factor in factors]
-    return thetas, (yield from residuals(found.problem, thetas, [found.start] * STAIRS))
+    for first in range(0, VALUES, AT_A_TIME):
+        check()
+        group = thetas[first : first + AT_A_TIME]
+        (r,) = together([residuals(found.problem, group, [found.start] * len(group))])
+        squares += [float(np.vdot(one, one)) for one in r]
+    return thetas, np.array(squares)
 
 
-def _on_other_stairs(found: Fit, k: int, far: float) -> list[Fit]:
-    """Points with a number elsewhere, each on a step of its stairs of its own, from which a fit may go on: those that cost least.
+def _on_other_steps(found: Fit, k: int, reach: float, check: Callable[[], None]) -> list[Fit]:
+    """Points with a number on other steps of its stairs, from which a fit may go on: those that cost least.
 
     All other numbers and the initial states have taken one step, by their slopes at the fit.
     """
     problem, others = found.problem, found.coordinates.without(k)
+    thetas, squares = _swept(found, k, reach, check)
+    firsts = [0, *(1 + np.flatnonzero(np.diff(squares)))]
+    middles = [(first + end - 1) // 2 for first, end in zip(firsts, [*firsts[1:], VALUES], strict=True)]
+    elsewhere = [j for j in middles if np.isfinite(squares[j]) and squares[j] != squares[VALUES // 2]]
+    if not elsewhere:
+        return []
 
-    def runs() -> Simulating[tuple[Evaluation, list[np.ndarray], np.ndarray]]:
-        thetas, r = yield from _elsewhere(found, k, far)
-        e = yield from slopes(problem, others, found.theta, found.start, r[STAIRS // 2], SPANS[-1])
-        return e, thetas, r
+    def slopes_here() -> Simulating[Evaluation]:
+        here = yield from with_residual(found)
+        return (yield from slopes(problem, others, here.theta, here.start, here.evaluation.residual, SPANS[-1]))
 
-    e, thetas, r = together([runs()])[0]
-    begins = [j for j in range(STAIRS) if j == 0 or not np.array_equal(r[j], r[j - 1])]
-    middles = [(first + end - 1) // 2 for first, end in zip(begins, [*begins[1:], STAIRS], strict=True)]
-    other = [j for j in middles if np.isfinite(r[j]).all() and not np.array_equal(r[j], r[STAIRS // 2])]
-    there = [search_point(problem, others, thetas[j], found.start, r[j]) for j in other]
-    return sorted(together([step_by_slopes(f, e) for f in there]), key=lambda f: f.cost)[:CARRIED_ON]
+    (e,), least = together([slopes_here()]), list[Fit]()
+    for first in range(0, len(elsewhere), AT_A_TIME):
+        check()
+        points = [search_point(problem, others, thetas[j], found.start) for j in elsewhere[first : first + AT_A_TIME]]
+        least = sorted([*least, *together([step_by_slopes(f, e) for f in points])], key=lambda f: f.cost)[:CARRIED_ON]
+    return least
 
 
-def _middle_of_its_step(found: Fit, k: int) -> float:
-    """The number in the middle of the step of its stairs on which it is; itself where the step ends nowhere near."""
-    thetas, r = together([_elsewhere(found, k, FAR ** (0.5**ROUNDS))])[0]
-    differs = np.array([not np.array_equal(one, r[STAIRS // 2]) for one in r])
-    below, above = np.flatnonzero(differs[: STAIRS // 2]), STAIRS // 2 + np.flatnonzero(differs[STAIRS // 2 :])
-    if not len(below) or not len(above):
-        return float(found.theta[k])
-    return float(thetas[below[-1] + 1][k] + thetas[above[0] - 1][k]) / 2.0
+def _middle_of_its_step(found: Fit, k: int, check: Callable[[], None]) -> float | None:
+    """The middle of the step of its stairs on which a number is; None where the step ends nowhere near, or the number is 0."""
+    if not found.theta[k]:
+        return None
+    for power in NARROWER:
+        thetas, squares = _swept(found, k, REACH**power, check)
+        other, here = np.flatnonzero(squares != squares[VALUES // 2]), VALUES // 2
+        below, above = other[other < here], other[other > here]
+        if len(below) and len(above):
+            return float(thetas[below[-1] + 1][k] + thetas[above[0] - 1][k]) / 2.0
+    return None
 
 
 def _with(theta: np.ndarray, k: int, value: float) -> np.ndarray:

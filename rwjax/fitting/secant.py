@@ -228,17 +228,20 @@ def step_by_slopes(here: Fit, slopes_nearby: Evaluation) -> Simulating[Fit]:
     """A point after one Gauss-Newton step by the slopes of another point.
 
     Args:
-        here: A point with its residual.
-        slopes_nearby: What `slopes` gives there, by the coordinates of `here`.
+        here: The point.
+        slopes_nearby: What `slopes` gives at the other one, by the coordinates of `here`.
 
     Yields:
         Free runs to simulate.
 
     Returns:
-        Of the points that several dampings lead to the one that costs least; `here` where there is none.
+        The point with its residual, or where several dampings lead from it, whichever costs least.
     """
-    e = _evaluation(slopes_nearby.local, here.evaluation.residual, here.start.shape[1])
-    return next(iter((yield from _trials(here, e))), here)
+    here = yield from with_residual(here)
+    residual, local = here.evaluation.residual, slopes_nearby.local
+    g = np.einsum("klm,lm->lk", local.reshape(*local.shape[:2], -1), residual.reshape(len(residual), -1))
+    trials = yield from _trials(here, slopes_nearby._replace(residual=residual, g=g))
+    return min([here, *trials], key=lambda f: f.cost)
 
 
 def _first_better(here: Fit, trials: Sequence[Fit]) -> Simulating[Fit]:

@@ -1,6 +1,6 @@
 """What is odd about a log by itself, before any model is asked: clock, command, readings, and a loop that closes over them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -172,6 +172,20 @@ def _bursts(time: np.ndarray, gaps: np.ndarray) -> str:
     return f"recorded in bursts of {usual:.0f} readings every {seconds:.3g} s" if regular else ""
 
 
+def leaping(log: Log, outputs: Collection[str]) -> list[str]:
+    """What is said of angles that leap and do not wrap.
+
+    Args:
+        log: The log, without outliers and drop-outs.
+        outputs: Names of outputs; those that the log does not hold do not count.
+
+    Returns:
+        A sentence for each leap.
+    """
+    held = [name for name in log.outputs if name in outputs and not [*_wrapped(log, name)]]
+    return [leap.says for name in held for leap in leaps(log, name)]
+
+
 def holes(logs: Sequence[Log]) -> list[str]:
     """Where logs lack rows, few or many in a row, as notes beside a result.
 
@@ -312,7 +326,8 @@ def _about_readings(log: Log) -> Iterator[tuple[str, str]]:
     noise = noise_by_output(log)
     for name, y in log.outputs.items():
         seen = np.isfinite(y)
-        yield from [*_wrapped(log, name)] or (("leap", leap.says) for leap in leaps(log, name))
+        yield from _wrapped(log, name)
+        yield from (("leap", says) for says in leaping(log, (name,)))
         if frozen := _frozen(log, name):
             k, many = frozen
             lasts = log.time[k + many - 1] - log.time[k]

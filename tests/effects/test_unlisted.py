@@ -144,8 +144,8 @@ def test_a_gain_that_goes_with_the_angle_does_the_work_of_the_drive_over_it() ->
 def test_on_a_reaction_rig_it_is_of_the_torque_that_the_wheel_gives_back() -> None:
     rig, t = reaction("coulomb = 0.0\nviscous = 0.0"), np.arange(401) * 0.01
     log = record(t, np.full(len(t), 6.0), {"yaw_rad": 0.0 * t, "yaw_rad_s": 0.0 * t, "wheel_rad_s": 0.0 * t})
-    only_mean = {"axis.angle_gain": {"s_1": 0.0, "c_1": 0.0, "s_2": 0.0, "c_2": -0.999999}}
-    still = run(rig, log, {}, effects=only_mean, refine=4)
+    cancelled = {"axis.angle_gain": {"s_1": 0.0, "c_1": 0.0, "s_2": 0.0, "c_2": -0.999999}}
+    still = run(rig, log, {}, effects=cancelled, refine=4)
     assert np.max(np.abs(still["yaw_rad_s"])) < 1e-4 and still["wheel_rad_s"][-1] > 10.0
 
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from rwjax.diagnosis.budget import Stopped
 from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.multiple_shooting import least_squares
+from rwjax.fitting.multiple_shooting import Fit, least_squares
 from rwjax.fitting.nonsmooth import beyond_stairs, leaves_no_trace, past_ridges, secant_steps, sticks
 from rwjax.fitting.problem import pose
 from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
@@ -72,6 +73,40 @@ def test_it_is_found_too_where_the_other_numbers_have_settled_on_another_step(pe
     assert better.cost < 1e-3
     middle = (sizes[sizes < 0.1][-1] + sizes[sizes > 0.1][0]) / 2.0
     assert better.theta[jump] == pytest.approx(middle, rel=0.01)
+
+
+def wide_steps(begun: float, prior: dict[str, tuple[float, float]] | None = None) -> Fit:
+    """A fit, begun at a jump [V], to a run whose commands lie 0.2 V apart, of a drive whose jump of 0.3 V lies between two of them."""
+    t = np.arange(600) * 0.01
+    log = record(t, np.where(t > 0.6, 0.2 * np.round(8.0 * np.sin(1.7 * t)), 0.0))
+    y = run(SMOOTH, log, {}, effects={"drive.deadzone": {"j": 0.3}})
+    structure = structure_of(SMOOTH).with_effects("drive.deadzone")
+    problem = pose(structure, [record(t, log.command, {"yaw_rad": y["yaw_rad"]})], {"yaw_rad": 1e-3}, prior=prior or {})
+    return least_squares(problem, *reversed(with_jump(problem, begun)))
+
+
+@pytest.mark.parametrize("begun", [0.05, 0.21, 0.3, 0.38, 0.9])
+def test_it_has_the_middle_of_its_step_however_wide(begun: float) -> None:
+    found = beyond_stairs(wide_steps(begun))
+    assert found.cost < 1e-3 and found.numbers()["drive.deadzone.j"] == pytest.approx(0.3, rel=0.03)
+
+
+def test_it_is_not_moved_away_from_what_is_known_of_it() -> None:
+    found = wide_steps(0.212, {"drive.deadzone.j": (0.212, 1e-4)})
+    better = beyond_stairs(found)
+    assert better.cost <= found.cost < 1e-3 and better.numbers()["drive.deadzone.j"] == pytest.approx(0.212, abs=1e-3)
+
+
+def test_the_search_can_be_ended_between_any_few_runs() -> None:
+    asked = [0]
+
+    def check() -> None:
+        asked[0] += 1
+        if asked[0] > 3:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        beyond_stairs(wide_steps(0.9), check)
 
 
 def test_a_number_that_may_as_well_be_0_is_0() -> None:

@@ -17,7 +17,7 @@ from rwjax.fitting.questions.servo import about_servos
 from rwjax.fitting.questions.signs import about_lost_signs
 from rwjax.logs.driven import driven
 from rwjax.logs.dropouts import dropouts, without_dropouts
-from rwjax.logs.leaps import leaps
+from rwjax.logs.findings import leaping
 from rwjax.logs.log import Log
 from rwjax.logs.segments import cut_up, put_together, runs_of
 from rwjax.plant.from_rig import structure_of, theta_of
@@ -62,13 +62,9 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         The questions, one sentence each.
     """
     dropped, problem, theta = _without_dropouts(problem, theta)
-    if leaping := [
-        Question(f"{log.name}: {leap.says}")
-        for log in _read(problem)
-        for name in log.outputs
-        for leap in leaps(log, name)
-    ]:
-        return [*dropped, *leaping]  # behind which no free run is near
+    outputs = problem.structure.outputs
+    if leap := [Question(f"{log.name}: {says}") for log in _read(problem) for says in leaping(log, outputs)]:
+        return [*dropped, *leap]  # behind which no free run is near
     if contradicted := about_servos(
         _read(problem), problem.structure.unsigned
     ):  # no simulation tells more of readings that contradict one another

@@ -9,6 +9,7 @@ from experiments.questions.mistakes import MISTAKES
 from rwjax import Log, parse_rig, simulate
 from rwjax.errors import LogError
 from rwjax.fitting.questions.ask import questions
+from rwjax.logs.findings import findings
 from tests.fitting.questions.runs import LOGS, RIG, TIME
 from tests.joints import joint, logged, servo
 from tests.systems import record, wheel
@@ -118,6 +119,15 @@ def test_a_leap_is_asked_about_alone() -> None:
     leaping = replace(LOGS[1], outputs={"yaw_rad": LOGS[1].outputs["yaw_rad"] + np.where(TIME < 6.0, 0.0, 30.0)})
     (question,) = questions(RIG, [LOGS[0], leaping, LOGS[2]])
     assert question.startswith("chirp.csv: yaw_rad leaps from ") and " rad at 6 s and goes on" in question
+
+
+def test_an_angle_that_wraps_or_is_not_read_is_not_asked_about_as_one_that_leaps() -> None:
+    turned = replace(LOGS[1], outputs={"yaw_rad": np.where(TIME < 6.0, 0.0, 2.0 * np.pi) + LOGS[1].outputs["yaw_rad"]})
+    unread = replace(LOGS[1], outputs=LOGS[1].outputs | {"wheel_rad": np.sin(TIME) + np.where(TIME < 6.0, 0.0, 9.0)})
+    unread = replace(unread, resolution=unread.resolution | {"wheel_rad": 0.0})
+    for log in (turned, unread):
+        assert not any("leaps" in question for question in questions(RIG, [LOGS[0], log, LOGS[2]]))
+    assert any(one.kind == "leap" for one in findings(unread))
 
 
 def test_a_drop_out_is_asked_about_in_place_of_the_command() -> None:
