@@ -74,7 +74,7 @@ def leaps(log: Log, name: str) -> list[Leap]:
     way_in_time = way / np.where(_commanded(log, seen[new]), waited, 1)
     change = np.where(step <= PAUSE * np.median(np.diff(time)), np.abs(way_in_time), 0.0)
     largest = np.argsort(change)[::-1]
-    if _moving(np.delete(way_in_time, largest[:MOST]), NEARLY * change[largest[MOST]]) < MANY:
+    if _moving(np.delete(way_in_time, largest[:MOST]), NEARLY * float(change[largest[MOST]])) < MANY:
         return []
     for many in range(MOST, 0, -1):
         found = np.sort(largest[:many])

@@ -45,6 +45,10 @@ def test_a_few_leaps_are_found_in_order_and_many_are_not() -> None:
     assert leaps(of(behind(*starts)), "yaw_rad") == []
 
 
+def test_a_way_that_takes_two_samples_is_a_motion() -> None:
+    assert leaps(of(behind(8.0, 8.01)), "yaw_rad") == []
+
+
 def test_a_rate_and_a_motion_in_a_gap_do_not_leap() -> None:
     y = behind(8.0)
     assert leaps(of(y, "yaw_rad_s"), "yaw_rad_s") == []
