@@ -1,5 +1,7 @@
 """The table of what is asked and reached counts what its rows say."""
 
+import re
+
 import pytest
 
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
@@ -30,3 +32,10 @@ def test_every_row_has_cases_and_no_case_is_counted_twice() -> None:
             if line.get("group") in row.groups
         ]
         assert len(cases) == len({*cases})
+
+
+def test_the_readme_says_what_the_table_says() -> None:
+    readme = (verdict_page.ROOT / "README.md").read_text().partition("## How often it is right")[2]
+    reached = {row[3] for row in verdict_page.where_it_stands().table.rows}
+    told = re.findall(r"[\d.]+ % \([\d.]+ to [\d.]+\)", readme.partition("\n* ")[0])
+    assert len(told) > 8 and {*told} <= reached
