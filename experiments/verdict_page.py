@@ -66,7 +66,7 @@ FINAL = "final"
 FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 FRESH, NEWEST = "fresh", "fresh_further"
-FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy"
+FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy", "third_now"
 """Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of three later searches."""
 OTHERS = "third_others"
 """File of wheels and platforms of the set `third` with two causes, one outside the list, or nothing missing."""
