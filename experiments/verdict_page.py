@@ -1,4 +1,4 @@
-"""Writes the tables of docs/verdict.md and docs/measured.md from stored results: `python -m experiments.verdict_page`.
+"""Writes the tables of docs/verdict.md, docs/verdict_by_search.md and docs/measured.md from stored results: `python -m experiments.verdict_page`.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`, under a line that says which files it is of, and of which commit where
 these say so. All else on the page is written by hand. To show a new campaign, change `SET` or an entry of `BLOCKS`.
@@ -48,7 +48,7 @@ from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.rig.columns import unit_of
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = ROOT / "docs" / "verdict.md", ROOT / "docs" / "measured.md"
+PAGES = tuple(ROOT / "docs" / f"{name}.md" for name in ("verdict", "verdict_by_search", "measured"))
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
 MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED, FREED = (
     "sets",

@@ -378,7 +378,7 @@ class ScreeningSettings:
         "factors on a fixed number from which its fit may begin, besides what a probe predicts",
     )
     probed: tuple[float, float] = _limit((1e-3, 30.0), "least and largest share of a start's amplitude that is probed")
-    far: float = _limit(1.5, "factor between a fitted number and the rig file's above which a fit begins from both")
+    far: float = _limit(5.0, "factor between a fitted number and the rig file's above which a fit begins from both")
     wrong_by: float = _limit(4.0, "factor by which a fixed number of the rig file is wrong at most")
 
 

@@ -39,6 +39,9 @@ def begin(
 ) -> dict[Hypothesis, Begun]:
     """Screens hypotheses from a parent's estimates, and simulates each at the places where it may begin.
 
+    What is missing bends these estimates: friction grows until a run without a stop does not reach it. So a hypothesis that changes nothing
+    at one of its places begins from the rig file's numbers, too.
+
     Args:
         fits: fits, the parent's among them.
         hypotheses: those to begin.
@@ -56,13 +59,19 @@ def begin(
     here = {e: _here(fits, e, parent, s) for e, s in screened.items()}
     predicted, most = {e: min(s.predicted, here[e].cost) for e, s in screened.items()}, behind * fits(parent).cost
     ahead = [e for e in hypotheses if predicted[e] <= most or parent.contains(e) or fits.stepped(e)]
-    points = [(e, replace(here[e], theta=theta)) for e in ahead for theta in screened[e].begin]
     places: dict[Hypothesis, list[Fit]] = {e: [] for e in hypotheses}
     same = fits.settings.halving.same_place
-    searches = [Task(f.problem, partial(with_residual, f)) for _, f in points]
-    for (e, _), f in zip(points, run(searches), strict=True):
-        known = any(abs(f.cost - other.cost) <= same * other.cost for other in places[e])
-        places[e] += (f,) if np.isfinite(f.cost) and not known else ()
+
+    def simulate(points: list[tuple[Hypothesis, Fit]]) -> None:
+        searches = [Task(f.problem, partial(with_residual, f)) for _, f in points]
+        for (e, _), f in zip(points, run(searches), strict=True):
+            known = any(abs(f.cost - other.cost) <= same * other.cost for other in places[e])
+            places[e] += (f,) if np.isfinite(f.cost) and not known else ()
+
+    simulate([(e, replace(here[e], theta=theta)) for e in ahead for theta in screened[e].begin])
+    without = fits(parent).cost
+    hidden = [e for e in ahead if any(abs(f.cost - without) <= same * without for f in places[e])]
+    simulate([(e, replace(here[e], theta=theta)) for e in hidden for theta in fits.space(e)[1]])
     return {e: Begun(predicted[e], here[e], sorted(places[e], key=lambda f: f.cost)) for e in hypotheses}
 
 

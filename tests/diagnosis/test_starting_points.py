@@ -29,7 +29,7 @@ def test_two_places_that_no_run_tells_apart_are_one() -> None:
     assert stopped not in fits  # nothing is taken down
 
 
-@pytest.mark.parametrize("times", [0.55, 0.7, 1.4, 1.6, 5.5])
+@pytest.mark.parametrize("times", [0.15, 0.25, 4.5, 5.5])
 def test_a_hypothesis_also_begins_where_the_rig_file_says_if_its_parent_went_far_from_it(times: float) -> None:
     rig, named = platform("viscous = 0.02"), Hypothesis(("axis.coulomb",))
     fits = fits_of(rig, true_log(rig))
@@ -38,9 +38,26 @@ def test_a_hypothesis_also_begins_where_the_rig_file_says_if_its_parent_went_far
     moved_to(fits, NOTHING, {"axis.inertia": 0.1 * times}, ended=True)
     candidate = candidate_of(fits, named, NOTHING)
     k = candidate.problem.structure.names.index("axis.inertia")
-    assert bool(candidate.unprobed) == (abs(np.log(times)) > np.log(1.5))
+    assert bool(candidate.unprobed) == (abs(np.log(times)) > np.log(5.0))
     assert all(theta[k] == 0.1 for theta in candidate.unprobed)
     assert all(theta[k] == 0.1 * times for theta in candidate.starts)
+
+
+@pytest.mark.parametrize(("high", "hides"), [(0.8, True), (None, False)])
+def test_what_the_estimates_without_it_hide_begins_at_the_rig_files_numbers_too(
+    high: float | None, hides: bool
+) -> None:
+    """The parent is so heavy that no run reaches a stop near the furthest reading; dry friction acts wherever a run moves."""
+    rig = platform("viscous = 0.02")
+    named = Hypothesis(("axis.end_stop",) if hides else ("axis.coulomb",))
+    effects = {"axis.end_stop": {"high": high, "low": -1e6, "k": 40.0, "d": 1.5}} if high else {}
+    fits = fits_of(rig, true_log(rig, **effects))
+    fits(NOTHING)
+    moved_to(fits, NOTHING, {"axis.inertia": 0.3}, ended=True)
+    places = begin(fits, [named], NOTHING)[named].places
+    k = places[0].problem.structure.names.index("axis.inertia")
+    assert 0.3 in {f.theta[k] for f in places} and (0.1 in {f.theta[k] for f in places}) == hides
+    assert [f.cost for f in places] == sorted(f.cost for f in places)
 
 
 def test_a_place_whose_run_leaves_the_range_of_numbers_hides_none_at_which_it_does_not() -> None:
