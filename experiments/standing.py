@@ -61,15 +61,15 @@ def _true_in_part(line: Line, alike: Judged) -> bool | None:
     return among_small(line) in ("named", "part") if line["group"] == "messy" else outcome(line, alike) == "part"
 
 
+def worth_of_pair(line: Line) -> str:
+    """The outcome of a pair of measured set-ups by today's rule, whatever its line says."""
+    sets = [line["effects"], *line["alternatives"]]
+    return outcome_of_pair(line["verdict"], sets, line["changed"], PUBLISHED[line["data"]].present)
+
+
 def _of_setup(*outcomes: str) -> Callable[[Line, Judged], bool | None]:
     """Whether an answer to a changed set-up is worth one of some outcomes; None where nothing was changed."""
-
-    def counted(line: Line, alike: Judged) -> bool | None:
-        sets = [line["effects"], *line["alternatives"]]
-        worth = outcome_of_pair(line["verdict"], sets, line["changed"], PUBLISHED[line["data"]].present)
-        return worth in outcomes if line["changed"] else None
-
-    return counted
+    return lambda line, alike: worth_of_pair(line) in outcomes if line["changed"] else None
 
 
 def _asked(line: Line, hit: bool) -> bool | None:

@@ -39,10 +39,8 @@ from experiments.blind.score import (
     times,
     worth,
 )
-from experiments.real.published import PUBLISHED
-from experiments.real.run import outcome as outcome_of_pair
 from experiments.speed.table import Table, markdown
-from experiments.standing import standing
+from experiments.standing import standing, worth_of_pair
 from rwjax.diagnosis.settings import Limits, PartialSettings
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.rig.columns import unit_of
@@ -67,7 +65,7 @@ FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", 
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 FRESH, NEWEST = "fresh", "fresh_further"
 FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy", "third_now"
-"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of three later searches."""
+"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of later searches; then those of `third`."""
 OTHERS = "third_others"
 """File of wheels and platforms of the set `third` with two causes, one outside the list, or nothing missing."""
 ONE_CAUSE = "final_single"
@@ -284,12 +282,6 @@ def what_was_changed(line: Line) -> str:
     if line.get("given_data"):
         return "motor"
     return "gain of the servo" if all("kp" in name for name in line["changed"]) else "payload or arm"
-
-
-def worth_of_pair(line: Line) -> str:
-    """The outcome of a pair by today's rule, whatever its line says."""
-    sets = [line["effects"], *line["alternatives"]]
-    return outcome_of_pair(line["verdict"], sets, line["changed"], PUBLISHED[line["data"]].present)
 
 
 def measured_pairs(name: str) -> Block:
