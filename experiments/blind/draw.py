@@ -74,6 +74,7 @@ PLANS = {
     "final": Plan(230_000, each=10, wrong=5, outside=20, pairs=240, none=200, messy=200, small=200),
     "fresh": Plan(270_000, each=0, wrong=0, outside=3, pairs=0, none=0, messy=120, small=60),
     "third": Plan(310_000, each=1, wrong=0, outside=3, pairs=20, none=20, messy=60, small=0),
+    "fourth": Plan(350_000, each=2, wrong=1, outside=3, pairs=20, none=20, messy=60, small=0),
 }
 
 

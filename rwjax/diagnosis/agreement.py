@@ -8,6 +8,12 @@ $$ a_i = 1 - \frac{\sum_i r\,d}{\sum_i d^2}, \qquad
 
 times the amplitude that was fitted, with the residual $r_i = r - (1 - a_i)\,d$ of the part's own amplitude and the correlation time $c_i$
 of the products $r_i\,d$ [samples]. What else is missing is part of $r_i$, and so of the errors; that the parts disagree is not.
+
+How unevenly the parts ask for it is the weighted mean
+
+$$ h^2 = \sum_i w_i \max\bigl((a_i - 1)^2 - \sigma_i^2,\, 0\bigr), \qquad w_i = \frac{\sum_i d^2}{\sum d^2}, $$
+
+of the runs, or of the halves by size of command and by time.
 """
 
 from collections.abc import Sequence
@@ -81,3 +87,20 @@ def amplitudes(fits: ModelFits, larger: Hypothesis, smaller: Hypothesis) -> list
             spread = sum(correlation_time(p) * float(np.sum(p[at] ** 2)) for p, at in zip(products, part, strict=True))
             found.append(Amplitude(1.0 - short, float(np.sqrt(spread)) / square, square / whole, number))
     return found
+
+
+def unevenness(parts: Sequence[Amplitude]) -> float:
+    """How unevenly the parts ask for a name, by what each holds of its change.
+
+    Args:
+        parts: what each part asks for, of `amplitudes`.
+
+    Returns:
+        Root of the weighted mean square by which amplitudes differ from the fitted one beyond their errors [1], of the runs or of the other
+        parts, whichever is larger; 0 where there are none.
+    """
+    found = [0.0]
+    for group in ([a for a in parts if a.run is not None], [a for a in parts if a.run is None]):
+        beyond = sum(a.weight * max((a.value - 1.0) ** 2 - a.error**2, 0.0) for a in group)
+        found.append(float(np.sqrt(beyond / sum(a.weight for a in group))) if group else 0.0)
+    return max(found)

@@ -54,11 +54,7 @@ class ColouredComparison(ModelComparison):
         return fitted.problem.prior_cost(fitted.theta)[0]
 
     def likelier(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
-        """Whether the larger hypothesis gains enough, altogether and by the reading, and by its squares, too.
-
-        Of many readings any difference of two models is likely, so that each of them has to tell a little. A law with several numbers that
-        follows a slow motion gains by what it bends at its edges, though the squares have too few independent readings for its numbers. Where
-        most readings do not follow enough others, as between holes, the squares alone decide.
+        """Whether the larger hypothesis gains enough, altogether and by the reading: of many readings any difference of two models is likely.
 
         Args:
             larger: the hypothesis with more names, or others.
@@ -67,15 +63,33 @@ class ColouredComparison(ModelComparison):
         Returns:
             True where it does.
         """
-        limits, (count, _), squares = (
-            self.fits.settings.partial,
-            self._likelihood(larger),
-            self._gain_of_squares(larger, smaller),
-        )
-        if count < limits.predicted * sum(self._count.values()):
+        if not self.gains(larger, smaller):
+            return False
+        count, _ = self._likelihood(larger)
+        least = self.fits.settings.partial.needed_by_reading * count
+        return not self._predicts(count) or self.gain(larger, smaller) > least
+
+    def gains(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
+        """Whether the larger hypothesis gains enough altogether, and by its squares, too.
+
+        A law with several numbers that follows a slow motion gains by what it bends at its edges, though the squares have too few independent
+        readings for its numbers. Where most readings do not follow enough others, as between holes, the squares alone decide.
+
+        Args:
+            larger: the hypothesis with more names, or others.
+            smaller: the hypothesis with fewer names.
+
+        Returns:
+            True where it does.
+        """
+        limits, squares = self.fits.settings.partial, self._gain_of_squares(larger, smaller)
+        if not self._predicts(self._likelihood(larger)[0]):
             return squares > limits.needed_of_squares_alone
-        enough = self.gain(larger, smaller) > max(limits.needed, limits.needed_by_reading * count)
-        return bool(enough and squares > limits.needed_of_squares)
+        return bool(self.gain(larger, smaller) > limits.needed and squares > limits.needed_of_squares)
+
+    def _predicts(self, count: int) -> bool:
+        """Whether so many readings, predicted from the ones before them, are most of them."""
+        return bool(count >= self.fits.settings.partial.predicted * sum(self._count.values()))
 
     def _gain_of_squares(self, larger: Hypothesis, smaller: Hypothesis) -> float:
         """Gain in the information criterion [1], with the fewer independent readings of those that both residuals allow."""

@@ -34,6 +34,21 @@ class ComparisonByRuns(ColouredComparison):
         self.left_out.prepare([larger, smaller])
         return super().needs(larger, smaller) and self.follows_better(larger, smaller)
 
+    def likelier(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
+        """Whether the larger hypothesis gains enough; of what removes most of left-out runs a small gain by the reading is enough.
+
+        Args:
+            larger: the hypothesis with more names, or others.
+            smaller: the hypothesis with fewer names.
+
+        Returns:
+            True where it does.
+        """
+        if super().likelier(larger, smaller):
+            return True
+        most, excess = self.fits.settings.partial.mostly, self.left_out.excess
+        return excess(larger) <= most * excess(smaller) and self.gains(larger, smaller)
+
     def follows_better(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether a hypothesis follows left-out runs better than another one, or down to their noise.
 

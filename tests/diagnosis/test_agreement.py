@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax.diagnosis.agreement import amplitudes
+from rwjax.diagnosis.agreement import Amplitude, amplitudes, unevenness
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.fitting.segments import with_segments
 from rwjax.logs.segments import cut_up
@@ -40,3 +40,11 @@ def test_halves_are_those_of_whole_runs_where_runs_are_followed_in_segments() ->
     assert len(logs) == 4
     found = amplitudes(searched(logs, late).fits, late, NOTHING)
     assert found[-2].value < 0.7 < 0.9 < found[-1].value
+
+
+def test_unevenness_weighs_each_part_and_allows_for_its_error() -> None:
+    runs = [Amplitude(1.3, 0.0, 0.25, 0), Amplitude(0.9, 0.0, 0.75, 1)]
+    assert np.isclose(unevenness(runs), np.sqrt(0.25 * 0.3**2 + 0.75 * 0.1**2))
+    assert unevenness([a._replace(error=0.31) for a in runs]) == 0.0  # chance
+    halves = [Amplitude(1.0 + d, 0.0, w, None) for d, w in ((0.5, 0.5), (-0.5, 0.5), (0.5, 0.5), (-0.5, 0.5))]
+    assert np.isclose(unevenness([*runs, *halves]), 0.5) and unevenness([]) == 0.0

@@ -77,7 +77,8 @@ def test_a_name_that_explains_nearly_all_is_not_asked_for_by_each_run_in_the_sam
     logs = [run_of(k, {"axis.bias_torque": {"T": torque}}) for k, torque in enumerate((0.02, 0.02, 0.08))]
     search = searched(logs, BIAS)
     search.fits.settings = replace(
-        Settings(), partial=PartialSettings(needed=-np.inf, needed_by_reading=-np.inf, needed_of_squares=-np.inf)
+        Settings(),
+        partial=PartialSettings(needed=-np.inf, needed_by_reading=-np.inf, needed_of_squares=-np.inf, mostly=0.0),
     )
     differs = "runs or sizes of the command ask for different amounts of it"
     of_left_out, of_fitted = "left_out.LeftOut.excess", "partial.ModelComparison.excess"
@@ -92,6 +93,40 @@ def test_a_name_that_explains_nearly_all_is_not_asked_for_by_each_run_in_the_sam
         squares = {False: {0: 1.0, 1: 1.0}, True: {0: 0.1, 1: worst}}
         monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e, s=squares: s[bool(e.names)])
         assert why_not_in_every_run(search.by_runs, BIAS, "axis.bias_torque") == why
+
+
+@pytest.mark.parametrize(
+    ("odd", "weight", "fitted", "left", "followed", "holds"),
+    [
+        (0.5, 0.1, 0.5, 0.3, 1.3, True),
+        (0.0, 0.1, 0.5, 0.3, 0.3, False),  # too unevenly
+        (0.5, 0.15, 0.5, 0.3, 0.3, False),
+        (0.5, 0.1, 0.51, 0.3, 0.3, False),
+        (0.5, 0.1, 0.5, 0.31, 0.3, False),
+        (0.7, 0.19, 0.5, 0.3, 1.3, True),
+        (0.7, 0.2, 0.5, 0.3, 1.3, False),  # the run that is followed worse holds a fifth of the change
+        (1.0, 0.04, 0.5, 0.3, 0.3, False),  # one run alone holds a part of it
+    ],
+)
+def test_a_small_part_may_ask_for_another_amount_of_a_name_that_explains_most_of_left_out_runs(
+    odd: float,
+    weight: float,
+    fitted: float,
+    left: float,
+    followed: float,
+    holds: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(2)], DRY)
+    search.fits.settings = replace(Settings(), partial=PartialSettings(needed=-np.inf, needed_by_reading=np.inf))
+    asked = [Amplitude(odd, 0.01, weight, 0), Amplitude(1.0, 0.01, 1.0 - weight, 1)]
+    monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
+    squares = {True: {0: followed, 1: 0.2}, False: {0: 1.0, 1: 1.0}}
+    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.__call__", lambda _, e: squares[bool(e.names)])
+    monkeypatch.setattr("rwjax.diagnosis.left_out.LeftOut.excess", lambda _, e: left if e.names else 1.0)
+    monkeypatch.setattr("rwjax.diagnosis.partial.ModelComparison.excess", lambda _, e: fitted if e.names else 1.0)
+    found = why_not_in_every_run(search.by_runs, DRY, "axis.coulomb")
+    assert found == (None if holds else "it is not needed beside a remainder that is coloured noise")
 
 
 def test_a_name_that_leaves_little_of_left_out_runs_is_asked_for_no_law(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,7 +165,7 @@ def test_a_run_that_holds_little_of_a_change_tells_its_amplitude_all_the_same(
 ) -> None:
     """A stiff loop moves by a tenth of what a free arm does."""
     search = searched([run_of(k, PUSHED) for k in range(2)], BIAS)
-    each_is_asked = PartialSettings(nearly_all=0.0)
+    each_is_asked = PartialSettings(nearly_all=0.0, mostly=0.0)
     search.fits.settings = replace(Settings(), partial=each_is_asked)
     parts = [Amplitude(1.0, 0.01, 0.99, 0), Amplitude(asks, 0.05, 0.01, 1)]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: parts)
@@ -302,7 +337,7 @@ def test_a_run_that_is_followed_worse_may_hold_little_of_the_change_and_ask_for_
     worse: tuple[float, float], second: tuple[float, float], why: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY)
-    search.fits.settings = replace(Settings(), partial=PartialSettings(nearly_all=0.0))
+    search.fits.settings = replace(Settings(), partial=PartialSettings(nearly_all=0.0, mostly=0.0))
     asked = [Amplitude(value, 0.1, weight, run) for run, (value, weight) in enumerate((worse, second, (1.0, 0.5)))]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
     squares = {True: {0: 1.2, 1: 0.1, 2: 0.1}, False: dict.fromkeys(range(3), 1.0)}
@@ -315,7 +350,7 @@ def test_several_runs_that_are_followed_worse_count_together(
     weight: float, why: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(4)], DRY)
-    search.fits.settings = replace(Settings(), partial=PartialSettings(nearly_all=0.0))
+    search.fits.settings = replace(Settings(), partial=PartialSettings(nearly_all=0.0, mostly=0.0))
     asked = [Amplitude(1.0, 0.1, share, run) for run, share in enumerate((weight, weight, 0.4, 0.4))]
     monkeypatch.setattr("rwjax.diagnosis.partial.amplitudes", lambda *_: asked)
     squares = {True: {0: 1.2, 1: 1.2, 2: 0.1, 3: 0.1}, False: dict.fromkeys(range(4), 1.0)}
@@ -324,7 +359,7 @@ def test_several_runs_that_are_followed_worse_count_together(
 
 
 @pytest.mark.parametrize(
-    "limits", [PartialSettings(differs=0.0, sigmas=0.0, nearly_all=0.0), PartialSettings(harms=0.0, nearly_all=0.0)]
+    "limits", [PartialSettings(differs=0.0, sigmas=0.0, nearly_all=0.0, mostly=0.0), PartialSettings(harms=0.0, nearly_all=0.0, mostly=0.0)]
 )
 def test_stricter_limits_let_nothing_hold(limits: PartialSettings) -> None:
     search = searched([run_of(k, FRICTION) for k in range(3)], DRY, BIAS)
