@@ -46,8 +46,9 @@ class ComparisonByRuns(ColouredComparison):
         """
         if super().likelier(larger, smaller):
             return True
-        most, excess = self.fits.settings.partial.mostly, self.left_out.excess
-        return excess(larger) <= most * excess(smaller) and self.gains(larger, smaller)
+        left, without = self.left_out.excess(larger), self.left_out.excess(smaller)
+        most = without > self.limits.nothing_left and left <= self.fits.settings.partial.mostly * without
+        return most and self.gains(larger, smaller)
 
     def follows_better(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether a hypothesis follows left-out runs better than another one, or down to their noise.
