@@ -125,15 +125,14 @@ class PartialSettings:
     )
     mostly: float = _limit(
         0.3,
-        "share of the excess of left-out runs, with a name against without it, from which a single part that asks for another amplitude does not "
-        "speak against the name: 55 % in amplitude",
+        "share of the excess of left-out runs, with a name against without it, up to which a small part that asks for another amount, and a small "
+        "gain by the reading, do not speak against the name: 55 % in amplitude",
     )
     mostly_fitted: float = _limit(0.5, "the same of the fitted runs")
     uneven: float = _limit(
         0.17,
-        "root mean square by which parts then may disagree about the amplitude (`agreement.unevenness`). Both were set after a look at 125 names that "
-        "were told in simulated rigs: of those that such a part or run had refused seven of twelve true ones pass, and of 25 false ones three, for which the true "
-        "name would have stood had it been a candidate",
+        "root mean square by which the parts may then disagree (`agreement.unevenness`). Both were set after a look at names of simulated messy rigs, "
+        "each told as the only candidates: of 27 true ones that had been refused seven pass, of 40 false ones one",
     )
     law_left: float = _limit(
         1.0,
