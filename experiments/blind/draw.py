@@ -2,8 +2,9 @@
 
 `python -m experiments.blind.draw calibrate [--processes 1 | --scheduler ADDRESS] [--group single …] [--limit 20]` appends to
 `experiments/blind/sets/calibrate.jsonl` what is not there yet, with a limit at most so many places of each group. Look at `calibrate`, `explore`, `partial` and `messy` as often as you like. `test` and `second` have been looked at. Of `final` a part
-has been drawn and diagnosed once, all of its messy places among it. `fourth` was drawn whole, and its counts looked at, before the search was frozen that was asked about
-it; no case of it had been diagnosed. The places that these leave are for the next claim, on a search that is frozen before they are diagnosed.
+has been drawn and diagnosed once, all of its messy places among it. `fourth` is drawn whole; it was drawn before the search was frozen that was asked about it,
+and no case of it had been diagnosed. Its cases, and the places that `final`, `fresh` and `third` leave, are for the next claim, each on a search that is frozen
+before the case is diagnosed.
 
 A line holds the place in the set and group, kind, effect, the size wanted, seed and amplitude. By fits from the truth it also holds:
 

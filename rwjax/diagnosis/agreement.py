@@ -11,9 +11,9 @@ of the products $r_i\,d$ [samples]. What else is missing is part of $r_i$, and s
 
 How unevenly the parts ask for it is the weighted mean
 
-$$ h^2 = \sum_i w_i \max\bigl((a_i - 1)^2 - \sigma_i^2,\, 0\bigr), \qquad w_i = \frac{\sum_i d^2}{\sum d^2}, $$
+$$ h^2 = \frac{\sum_i w_i \max\bigl((a_i - 1)^2 - \sigma_i^2,\, 0\bigr)}{\sum_i w_i}, \qquad w_i = \frac{\sum_i d^2}{\sum d^2}, $$
 
-of the runs, or of the halves by size of command and by time.
+over the runs, or over the halves by size of command and by time together, whichever is larger.
 """
 
 from collections.abc import Sequence
@@ -97,8 +97,10 @@ def unevenness(parts: Sequence[Amplitude]) -> float:
 
     Returns:
         Root of the weighted mean square by which amplitudes differ from the fitted one beyond their errors [1], of the runs or of the other
-        parts, whichever is larger; 0 where there are none.
+        parts, whichever is larger; 0 where there are none, infinite where one of their numbers is not finite.
     """
+    if not np.isfinite([(a.value, a.error, a.weight) for a in parts]).all():
+        return np.inf
     found = [0.0]
     for group in ([a for a in parts if a.run is not None], [a for a in parts if a.run is None]):
         beyond = sum(a.weight * max((a.value - 1.0) ** 2 - a.error**2, 0.0) for a in group)

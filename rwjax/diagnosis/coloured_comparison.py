@@ -63,13 +63,13 @@ class ColouredComparison(ModelComparison):
         Returns:
             True where it does.
         """
-        if not self.gains(larger, smaller):
+        if not self.gains_altogether(larger, smaller):
             return False
         count, _ = self._likelihood(larger)
         least = self.fits.settings.partial.needed_by_reading * count
         return not self._predicts(count) or self.gain(larger, smaller) > least
 
-    def gains(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
+    def gains_altogether(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
         """Whether the larger hypothesis gains enough altogether, and by its squares, too.
 
         A law with several numbers that follows a slow motion gains by what it bends at its edges, though the squares have too few independent

@@ -35,20 +35,21 @@ class ComparisonByRuns(ColouredComparison):
         return super().needs(larger, smaller) and self.follows_better(larger, smaller)
 
     def likelier(self, larger: Hypothesis, smaller: Hypothesis) -> bool:
-        """Whether the larger hypothesis gains enough; of what removes most of left-out runs a small gain by the reading is enough.
+        """Whether the larger hypothesis gains enough; of a further name that removes most of left-out runs a small gain by the reading is enough.
 
         Args:
-            larger: the hypothesis with more names, or others.
-            smaller: the hypothesis with fewer names.
+            larger: the hypothesis with more names, or others, with a fit at its end.
+            smaller: the hypothesis with fewer names, with a fit at its end.
 
         Returns:
             True where it does.
         """
-        if super().likelier(larger, smaller):
-            return True
+        further = len(larger.names) > len(smaller.names) > 0
+        if not further or super().likelier(larger, smaller):
+            return super().likelier(larger, smaller)
         left, without = self.left_out.excess(larger), self.left_out.excess(smaller)
-        most = without > self.limits.nothing_left and left <= self.fits.settings.partial.mostly * without
-        return most and self.gains(larger, smaller)
+        most = without > self.limits.nothing_left and left < self.fits.settings.partial.mostly * without
+        return most and self.gains_altogether(larger, smaller)
 
     def follows_better(self, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether a hypothesis follows left-out runs better than another one, or down to their noise.

@@ -5,7 +5,8 @@ Everything is decided on training runs. A name holds where
 * it is needed beside a remainder that is coloured noise, by the likelihood of each reading beside the ones before
   (`rwjax.diagnosis.coloured_comparison`); every run, and commands of every size, ask for as much of it
   (`rwjax.diagnosis.agreement`), and left-out runs are
-  followed no worse with it than without, but for those that hold little of its change and ask for as much of it. Or else it explains nearly all of the runs, also of those that were left out in turn;
+  followed no worse with it than without, but for those that hold little of its change and ask for as much of it. Or else it explains nearly all of the runs, also of those that were left out in turn, or most
+  of these, and all parts together ask for it evenly;
 * a free-form law of its coordinate explains no more of the missing torque with it than without (`rwjax.diagnosis.localise.law`), and no
   further law of the coordinate with which left-out runs are followed better removes part of what it leaves and changes it;
 * its rivals leave clearly more in proportion to what it leaves, of the fitted runs or of left-out ones, or are far less likely beside a remainder that is an autoregression. Others
@@ -16,6 +17,7 @@ Everything is decided on training runs. A name holds where
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
 
+import operator
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
@@ -25,7 +27,6 @@ from rwjax.diagnosis.agreement import Amplitude, amplitudes, unevenness
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, coordinate_of, simplest
 from rwjax.diagnosis.innovations import log_likelihood
-from rwjax.diagnosis.left_out import LeftOut
 from rwjax.diagnosis.localise.law import law_left
 from rwjax.diagnosis.model_comparison import ModelComparison
 from rwjax.diagnosis.model_fits import ModelFits
@@ -151,7 +152,7 @@ def _failing(reasons: Mapping[str, str | None]) -> dict[str, str]:
 
 
 def why_not_in_every_run(by_runs: ComparisonByRuns, best: Hypothesis, name: str) -> str | None:
-    """Why a name is not needed, or not in the same amount by every run; one that explains nearly all of these is not asked.
+    """Why a name is not needed, or not in the same amount by every run; one that explains nearly all of these, or most of them evenly, is not asked.
 
     Args:
         by_runs: compares sets by left-out runs, too; a fit of the set is at its end.
@@ -164,7 +165,7 @@ def why_not_in_every_run(by_runs: ComparisonByRuns, best: Hypothesis, name: str)
     fits, left_out = by_runs.fits, by_runs.left_out
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
-    if _explains_nearly_all(left_out, best, smaller):
+    if _explains_nearly_all(by_runs, best, smaller):
         return None
     parts = amplitudes(fits, best, smaller)
     if _explains_most_alike(by_runs, best, smaller, parts):
@@ -173,7 +174,7 @@ def why_not_in_every_run(by_runs: ComparisonByRuns, best: Hypothesis, name: str)
         return "it is not needed beside a remainder that is coloured noise"
     if any(a.weight >= limits.weighs and _differs(a, limits) for a in parts):
         return "runs or sizes of the command ask for different amounts of it"
-    telling = [a for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
+    telling = _telling(parts, limits)
     if len(telling) < limits.runs:
         return "too few runs tell how much of it they ask for"
     with_it, without = left_out(best), left_out(smaller)
@@ -188,19 +189,21 @@ def _explains_most_alike(
 ) -> bool:
     """Whether a name explains most of the left-out runs, and all parts together ask for it evenly.
 
-    One small part may then ask for another amount, or be followed worse: what else is missing does that to a run that moves little. And a
-    small gain by the reading is enough, since coloured noise does not come again in another run.
+    Small parts may then ask for another amount, or be followed worse: what else is missing does that to a run that moves little. And a small
+    gain by the reading is enough, since coloured noise does not come again in another run.
     """
-    fits, left_out = by_runs.fits, by_runs.left_out
-    limits, excess = fits.settings.partial, ModelComparison(fits).excess
-    most = _share(fits, left_out.excess(best), left_out.excess(smaller)) <= limits.mostly
-    if not most or _share(fits, excess(best), excess(smaller)) > limits.mostly_fitted:
+    limits, left_out = by_runs.fits.settings.partial, by_runs.left_out
+    if not all(map(operator.lt, _shares(by_runs, best, smaller), (limits.mostly_fitted, limits.mostly))):
         return False
-    runs, with_it, without = [a for a in parts if a.run is not None], left_out(best), left_out(smaller)
-    telling = [a for a in runs if a.error <= limits.differs and a.weight >= limits.weighs]
-    worse = sum(a.weight for a in runs if with_it[a.run or 0] > limits.harms * without[a.run or 0])
-    alike = len(telling) >= limits.runs and worse < limits.harmed and unevenness(parts) <= limits.uneven
-    return alike and by_runs.in_sample.gains(best, smaller)
+    with_it, without = left_out(best), left_out(smaller)
+    worse = [a for a in parts if a.run is not None and with_it[a.run] > limits.harms * without[a.run]]
+    even = len(_telling(parts, limits)) >= limits.runs and unevenness(parts) <= limits.uneven
+    return even and sum(a.weight for a in worse) < limits.harmed and by_runs.in_sample.gains_altogether(best, smaller)
+
+
+def _telling(parts: Sequence[Amplitude], limits: PartialSettings) -> list[Amplitude]:
+    """The runs that tell the amplitude, and ask for as much as all."""
+    return [a for a in parts if a.run is not None and a.error <= limits.differs and not _differs(a, limits)]
 
 
 def _say_little(worse: Collection[Amplitude], others: Collection[Amplitude], limits: PartialSettings) -> bool:
@@ -227,9 +230,8 @@ def why_not_of_its_form(by_runs: ComparisonByRuns, best: Hypothesis, name: str) 
     fits = by_runs.fits
     limits, smaller = fits.settings.partial, _without(fits, best, name)
     fitted(fits, smaller)
-    excess = ModelComparison(fits).excess
-    shares = (_share(fits, e(best), e(smaller)) for e in (excess, by_runs.left_out.excess))
-    little = any(share <= limits.little for share in shares) or _explains_nearly_all(by_runs.left_out, best, smaller)
+    little = any(share <= limits.little for share in _shares(by_runs, best, smaller))
+    little = little or _explains_nearly_all(by_runs, best, smaller)
     left = None if little else law_left(fits, best, smaller, name)
     beside = any(coordinate_of(other) == coordinate_of(name) for other in best.names if other != name)
     if left is not None and left > (limits.law_left_beside if beside else limits.law_left):
@@ -271,16 +273,21 @@ def _amounts(fits: ModelFits, hypothesis: Hypothesis, name: str) -> dict[str, np
     return {unit: np.array(values) for unit, values in found.items()}
 
 
-def _explains_nearly_all(left_out: LeftOut, larger: Hypothesis, smaller: Hypothesis) -> bool:
+def _explains_nearly_all(by_runs: ComparisonByRuns, larger: Hypothesis, smaller: Hypothesis) -> bool:
     """Whether a name leaves little of the fitted runs, and of the left-out ones, of which it makes none worse."""
-    limits = left_out.fits.settings.partial
-    with_it, without = left_out(larger), left_out(smaller)
+    limits = by_runs.fits.settings.partial
+    with_it, without = by_runs.left_out(larger), by_runs.left_out(smaller)
     if any(with_it[run] > limits.harms * without[run] for run in with_it):
         return False
-    shares = (
-        _share(left_out.fits, e(larger), e(smaller)) for e in (ModelComparison(left_out.fits).excess, left_out.excess)
+    return all(share < limits.nearly_all for share in _shares(by_runs, larger, smaller))
+
+
+def _shares(by_runs: ComparisonByRuns, larger: Hypothesis, smaller: Hypothesis) -> tuple[float, float]:
+    """Shares of the excess without a name that are left with it [1], of the fitted runs and of the left-out ones."""
+    fitted_runs, left_out = (
+        _share(by_runs.fits, e(larger), e(smaller)) for e in (by_runs.in_sample.excess, by_runs.left_out.excess)
     )
-    return all(share < limits.nearly_all for share in shares)
+    return fitted_runs, left_out
 
 
 def _share(fits: ModelFits, left: float, without: float) -> float:
@@ -394,11 +401,11 @@ def _as_likely(fits: ModelFits, named: Hypothesis, rivals: Sequence[Hypothesis])
 
 
 def _asked_alike(by_runs: ComparisonByRuns, hypothesis: Hypothesis, name: str) -> bool:
-    """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it; or it explains nearly all."""
+    """Whether a hypothesis needs a name beside a coloured remainder, and all runs ask for as much of it; or it explains nearly all, or most evenly."""
     fits = by_runs.fits
     limits, smaller = fits.settings.partial, _without(fits, hypothesis, name)
     fitted(fits, smaller)
-    if _explains_nearly_all(by_runs.left_out, hypothesis, smaller):
+    if _explains_nearly_all(by_runs, hypothesis, smaller):
         return True
     parts = amplitudes(fits, hypothesis, smaller)
     if _explains_most_alike(by_runs, hypothesis, smaller, parts):

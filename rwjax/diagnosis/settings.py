@@ -125,14 +125,15 @@ class PartialSettings:
     )
     mostly: float = _limit(
         0.3,
-        "share of the excess of left-out runs, with a name against without it, up to which a small part that asks for another amount, and a small "
-        "gain by the reading, do not speak against the name: 55 % in amplitude",
+        "share of the excess of left-out runs, with a name against without it, below which parts that ask for another amount do not speak against "
+        "the name where all together ask for it evenly, and a small gain by the reading does not: 55 % in amplitude. In a search it lets a further name in "
+        "by its gain altogether",
     )
-    mostly_fitted: float = _limit(0.5, "the same of the fitted runs")
+    mostly_fitted: float = _limit(0.5, "the same of the fitted runs, where a name is judged")
     uneven: float = _limit(
         0.17,
-        "root mean square by which the parts may then disagree (`agreement.unevenness`). Both were set after a look at names of simulated messy rigs, "
-        "each told as the only candidates: of 27 true ones that had been refused seven pass, of 40 false ones one",
+        "root of the weighted mean square by which the parts may then disagree (`agreement.unevenness`). These three were set after a look at names of simulated messy "
+        "rigs, each told as the only candidates: of 27 true ones that had been refused seven pass, of 40 false ones one",
     )
     law_left: float = _limit(
         1.0,

@@ -48,3 +48,4 @@ def test_unevenness_weighs_each_part_and_allows_for_its_error() -> None:
     assert unevenness([a._replace(error=0.31) for a in runs]) == 0.0  # chance
     halves = [Amplitude(1.0 + d, 0.0, w, None) for d, w in ((0.5, 0.5), (-0.5, 0.5), (0.5, 0.5), (-0.5, 0.5))]
     assert np.isclose(unevenness([*runs, *halves]), 0.5) and unevenness([]) == 0.0
+    assert unevenness([*runs, Amplitude(np.nan, 0.1, 0.1, 2)]) == unevenness([runs[0]._replace(error=np.inf)]) == np.inf

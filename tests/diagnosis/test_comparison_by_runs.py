@@ -51,20 +51,22 @@ def test_of_a_single_run_the_evidence_alone_says_what_leads() -> None:
 
 
 @pytest.mark.parametrize(
-    ("left", "without", "gained", "likelier"),
+    ("left", "without", "needed", "likelier"),
     [
-        (30.0, 100.0, 0.0, True),
-        (31.0, 100.0, 0.0, False),
-        (30.0, 100.0, 1e9, False),  # it gains too little altogether
+        (29.0, 100.0, 0.0, True),
+        (30.0, 100.0, 0.0, False),
+        (29.0, 100.0, 1e9, False),  # it gains too little altogether
         (0.01, 0.1, 0.0, False),  # there was nothing to follow
     ],
 )
-def test_a_small_gain_by_the_reading_is_enough_for_what_removes_most_of_left_out_runs(
-    left: float, without: float, gained: float, likelier: bool, monkeypatch: pytest.MonkeyPatch
+def test_a_small_gain_by_the_reading_is_enough_for_a_further_name_that_removes_most_of_left_out_runs(
+    left: float, without: float, needed: float, likelier: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    by_runs = comparison(2)
-    limits = PartialSettings(needed=gained, needed_by_reading=1e9, needed_of_squares=-1e9)
+    both = BIAS.plus("axis.periodic_torque")
+    by_runs = ComparisonByRuns(searched([run_of(k, TRUTH) for k in range(2)], BIAS, both).fits)
+    limits = PartialSettings(needed=needed, needed_by_reading=1e9, needed_of_squares=-1e9)
     by_runs.fits.settings = replace(Settings(), partial=limits)
-    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left if e.names else without)
-    assert by_runs.likelier(PERIODIC, NOTHING) == likelier
-    assert not by_runs.in_sample.likelier(PERIODIC, NOTHING)
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left if e == both else without)
+    assert by_runs.likelier(both, BIAS) == likelier
+    assert not by_runs.in_sample.likelier(both, BIAS)
+    assert not by_runs.likelier(BIAS, NOTHING)  # which is no further name
