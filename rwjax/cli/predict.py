@@ -54,7 +54,7 @@ def predict(
     logs = read_logs(log_files, rig, outputs_required=len(log_files) > 1)
     with progress(quiet) as show:
         show("looking at the logs")
-        logs = [with_segments(rig, (log,), segments)[0] for log in logs]
+        logs = with_segments(rig, logs, segments)
         for k, log in enumerate(logs, 1):
             show(f"simulating {log.name}, {k} of {len(logs)}")
             try:

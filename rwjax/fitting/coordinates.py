@@ -122,7 +122,8 @@ class Coordinates:
         """
         low, high = self.bounds.T
         margin = 1e-9 * np.maximum(np.abs(theta[self.index]), self.size)
-        return theta[self.index] <= low + margin, theta[self.index] >= high - margin
+        with np.errstate(invalid="ignore"):  # a number without end and a range without one
+            return theta[self.index] <= low + margin, theta[self.index] >= high - margin
 
 
 def coordinates(

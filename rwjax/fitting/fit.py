@@ -26,7 +26,7 @@ from rwjax.logs.coverage import split_of
 from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
 from rwjax.logs.noise import pooled_noise
-from rwjax.logs.segments import cut_up
+from rwjax.logs.segments import cut_up, runs_of
 from rwjax.plant.from_rig import bounds_of, rig_with, structure_of, theta_of
 from rwjax.plant.structure import Structure
 from rwjax.rig.columns import unit_of
@@ -265,11 +265,17 @@ def _misfit(fitted: Fit, smooth: bool) -> list[str]:
     log, output = np.unravel_index(int(np.argmax(each)), each.shape)
     name = problem.structure.outputs[output]
     wide = " or the smooth sign of its friction is too wide" if smooth else ""
-    miss = f"{name} of {problem.logs[log].name}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
+    miss = f"{name} of {problem.logs[log].name}{_where_cut(problem.logs, int(log))}, by {_rms(fitted, int(log))[name]:.3g} {unit_of(name)} RMS"
     return [
         f"the free run misses the readings by {times:.3g} times their noise, most {miss}: the model lacks something{wide}, "
         "and the intervals do not tell by how much the numbers are bent; see `rwjax diagnose`"
     ]
+
+
+def _where_cut(logs: Sequence[Log], log: int) -> str:
+    """Which part of its run a log is, nothing where it is a whole one."""
+    run, time = runs_of(logs), logs[log].time
+    return f" from {time[0]:.4g} to {time[-1]:.4g} s" if np.sum(run == run[log]) > 1 else ""
 
 
 def _far_from_prior(rig: Rig, fitted: Fit) -> list[str]:

@@ -112,8 +112,8 @@ def runaway_words(rig: Rig, fitted: Rig) -> list[str]:
     """
     return [
         f"{name} ran away from {rig.values[name]:.4g} to {fitted.values[name]:.2g} ± "
-        f"{fitted.standard_error.get(name, np.inf):.1g}: these logs do not tell it; use runs in which that part moves, give it "
-        "`fit.bounds` or a `fit.prior`, or take it out of `fit.free`"
+        f"{fitted.standard_error.get(name, np.inf):.1g}: these logs do not tell it, or the rig lacks what holds that part, such as a weight "
+        "(`[axis.gravity]`); use runs in which it moves, give it `fit.bounds` or a `fit.prior`, or take it out of `fit.free`"
         for name in ran_away(rig, fitted)
     ]
 

@@ -239,7 +239,7 @@ def _about_command(log: Log) -> Iterator[tuple[str, str]]:
         if low == high:
             yield (
                 "constant",
-                f"{name} is {low + 0.0:g} throughout: it tells friction at most; add runs in which it changes",
+                f"{name} is {low + 0.0:g} throughout: it tells friction at most, or how the rig swings about a rest; add runs in which it changes",
             )
             continue
         size, values = max(abs(low), abs(high)), len(np.unique(u))

@@ -180,7 +180,7 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
         supply: As in `proposal` [V].
 
     Returns:
-        By rwjax's column the first column of the file that it may be. Beside a goal a voltage without a sign is that of the supply, and
+        By rwjax's column the first column of the file that it may be; of rates the first whose name has a unit, where one has. Beside a goal a voltage without a sign is that of the supply, and
         one of both signs takes its place; so does any other command where the rig is no joint; beside an angle its counts are passed over.
     """
     found: dict[str, Proposal] = {}
@@ -190,7 +190,10 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
         values = _values(sheet, column)
         one = _guess(column, values, kind, supply) if values is not None else _dated(sheet, column)
         if one is not None and not (_may_be_number(column) and _is_number(one, values, found)):
-            found.setdefault(one.name, one)
+            known = found.setdefault(one.name, one)
+            of_rate = one.name.endswith("rad_s") and unit_by_name(column) not in ("", "count")
+            if of_rate and not unit_by_name(known.column):
+                found[one.name] = one  # a gyroscope's raw number may be of another axis
     volts = found.get("voltage_V")
     given = _values(sheet, volts.column) if volts is not None else None
     driven = given is not None and given.min() < 0.0

@@ -1,5 +1,6 @@
 """`rwjax predict`, as a user calls it."""
 
+import math
 import re
 from pathlib import Path
 
@@ -43,6 +44,17 @@ def test_of_several_logs_the_errors_are_told_and_no_file_is_written(shell: Shell
     code, _, err = shell("predict", rig, *logs, "-o", "both.csv")
     assert code == 2 and "-o and --json are for one log" in err
     assert not (shell.folder / "both.csv").exists()
+
+
+def test_all_of_several_logs_are_followed_in_segments_where_one_has_to_be(shell: Shell) -> None:
+    gravity = "viscous = 0.01\n[axis.gravity]\ntorque = 1.5\n"
+    text = (DEMO / "rig.toml").read_text()
+    (shell.folder / "rig.toml").write_text(re.sub("viscous = .*\n", gravity, text))
+    for name, angle in (("hangs", 0.0), ("stands", math.pi)):
+        rows = "\n".join(f"{0.01 * k:.2f},0,{angle}" for k in range(2000))
+        (shell.folder / f"{name}.csv").write_text(f"time_s,voltage_V,yaw_rad\n{rows}\n")
+    said = [shell("predict", "rig.toml", *logs)[2] for logs in (["hangs.csv"], ["hangs.csv", "stands.csv"])]
+    assert ["runs are followed in segments" in err for err in said] == [False, True]
 
 
 def test_a_log_whose_run_goes_beyond_any_rig_takes_nothing_from_the_others(shell: Shell) -> None:

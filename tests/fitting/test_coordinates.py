@@ -28,6 +28,13 @@ def test_a_step_ends_at_the_bounds() -> None:
     assert moves().clip(np.array([0.0, 3.0, -1.0, 0.3])).tolist() == [0.1, 1.0, -1.0, 0.3]  # the third is not free
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_number_without_end_is_on_no_bound_of_a_range_without_one() -> None:
+    open_ended = coordinates(THETA, FREE, np.tile([-np.inf, np.inf], (4, 1)), SIZE)
+    low, high = open_ended.on_bound(np.array([np.inf, -0.5, 7.0, 0.3]))
+    assert not low.any() and not high[1:].any()
+
+
 def test_slopes_are_those_of_differences() -> None:
     c, h = moves(), 1e-6
     by_difference = [

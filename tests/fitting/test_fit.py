@@ -1,5 +1,6 @@
 """The fit of a rig: known numbers come back, priors and numbers of every run, honest words."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -173,6 +174,9 @@ def test_a_model_that_misses_and_a_prior_that_is_far_off_are_said() -> None:
     assert not any("misses the readings" in note for note in fit(truth, [log]).notes)
     unpowered = replace(log, command=0.0 * log.command, name="off.csv")
     assert any("misses the readings" in note and "off.csv" in note for note in fit(truth, [unpowered]).notes)
+    pushed = {"yaw_rad": log.outputs["yaw_rad"] + np.where((TIME > 5.0) & (TIME < 6.0), 0.3, 0.0)}
+    (cut,) = [note for note in fit(truth, [replace(log, outputs=pushed)], segments=2.0).notes if "misses" in note]
+    assert re.search(r"most yaw_rad of \S+ from \d[\d.]* to \d[\d.]* s, by ", cut)
     notes = fit(replace(truth, prior={"axis.inertia": (0.15, 0.001)}), [log]).notes
     assert any("standard deviations from its prior" in note for note in notes)
 

@@ -173,6 +173,14 @@ def test_beside_an_angle_its_counts_are_passed_over() -> None:
     assert "yaw_counts" not in section and section.endswith("# passed over: ticks")
 
 
+def test_of_two_rates_the_one_with_a_unit_is_taken() -> None:
+    columns = {"time_s": 0.01 * K, "gyro_x_raw": K, "pitch_rate_rad_s": 0.1 * K, "yaw_rate_rad_s": 0.2 * K}
+    section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
+    assert 'yaw_rad_s = "pitch_rate_rad_s"' in section and "# passed over: gyro_x_raw, yaw_rate_rad_s" in section
+    section = proposal(ArraySheet("run", {}, ["time_s", "gyro_x_raw"], columns), "platform")
+    assert 'yaw_rad_s = "gyro_x_raw"' in section
+
+
 def test_the_thesis_s_layout_is_known() -> None:
     columns = dict.fromkeys(("t", "pos1", "pos2", "speed2", "pwm_1", "pwm_2"), K)
     section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
