@@ -64,8 +64,8 @@ FINAL = "final"
 FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
 """Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
 FRESH, NEWEST = "fresh", "fresh_further"
-FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy", "third_now"
-"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of later searches; then those of `third`."""
+FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy", "third_now", "fourth"
+"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of later searches; then those of `third` and of `fourth`."""
 OTHERS = "third_others"
 """File of wheels and platforms of the set `third` with two causes, one outside the list, or nothing missing."""
 ONE_CAUSE = "final_single"
@@ -325,6 +325,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "final": of(reached, name=FINAL),
     "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
     "one-cause": of(reached, name=ONE_CAUSE),
+    "fourth": of(reached, name="fourth"),
     "contacts": of(lambda among, alike: by("effect", among, alike), "single", name=CONTACTS),
     "fresh": of(reached, name=FRESH),
     "third-others": of(reached, name=OTHERS),

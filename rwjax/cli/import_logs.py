@@ -109,7 +109,7 @@ def _proposed(path: Path, kind: str | None, supply: float | None) -> Proposed:
     kind = kind or kind_of(sheet, Datasheet())
     held = "\n".join([f"{path}: {len(sheet.names)} columns", *description(sheet)])
     try:
-        check_columns(sheet)
+        check_columns(sheet, kind)
         taken = True
     except LogError:
         taken = False

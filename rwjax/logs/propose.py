@@ -131,7 +131,7 @@ def proposal(sheet: Sheet, kind: str, without: Collection[str] = (), supply: flo
     found = {name: one for name, one in proposed(sheet, kind, supply).items() if name not in without}
     other = [column for column in sheet.names if column not in {one.column for one in found.values()}]
     beside = _other_commands(sheet, kind, found, other)
-    commanded = [name for name in found if name in ("voltage_V", "duty", "goal_rad")]
+    commanded = [name for name in found if name in COMMANDS]
     missing = [] if "time_s" in found else ['# time_s = { column = "…", unit = "ms" }   # every log needs it']
     missing += [] if commanded else ['# voltage_V = "…"   # every log needs a command']
     missing += [] if any(name in COLUMNS for name in found) else [_no_reading(kind)]
@@ -181,7 +181,7 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
 
     Returns:
         By rwjax's column the first column of the file that it may be; of rates the first whose name has a unit, where one has. Beside a goal a voltage without a sign is that of the supply, and
-        one of both signs takes its place; so does any other command where the rig is no joint; beside an angle its counts are passed over.
+        one of both signs takes its place; so does any other command where the rig is no joint; beside any of these a commanded torque is passed over, and beside an angle its counts.
     """
     found: dict[str, Proposal] = {}
     if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
@@ -212,6 +212,8 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
             found.setdefault(
                 "supply_V", _line("supply_V", volts.column, "mV" if unit_by_name(volts.column) == "mV" else "")
             )
+    if {"voltage_V", "duty", "goal_rad"} & {*found} and "command_Nm" not in sheet.names:
+        found.pop("command_Nm", None)
     angles = {COLUMNS[name].output for name in found if name in COLUMNS and not COLUMNS[name].encoder}
     return {
         name: one
@@ -330,6 +332,8 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
+    if "command_Nm" in valid and is_commanded_torque(column):
+        return _line("command_Nm", column, "", "N m at the joint: right?")
     means, unit = _meaning(column, parts), unit_by_name(column)
     size = SIZE in parts and values.min() >= 0.0
     if means == "time_s":

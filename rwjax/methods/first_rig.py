@@ -104,8 +104,6 @@ OF_A_WEIGHT = [
 """Lines for gravity, which nothing in a log's columns tells."""
 OTHER_UNIT = r"°?[cfk]|celsius|kelvin|[hkm]?pa|m?bar|[km]?n|[km]?g|[ckm]?m|m?t|[km]?w|m?j|h|min|lux|gauss|ohm|s2|.+/.+"
 """Words of units that neither a command nor a rig's motion has, in small letters."""
-COLUMNS_OF_MOTION = {name for name, column in COLUMNS.items() if "joint" in column.kinds} - {"current_A"}
-"""Columns of a joint's motion."""
 GIVEN, BY_NO_LOAD = "given", "voltage over the speed without a load"
 
 
@@ -144,9 +142,9 @@ def first_rig(
             goal where the model's hinge has a servo.
     """
     sheet = read_sheet(paths[0])
-    check_columns(sheet)
     guessed = kind is None and model is None
     kind = "joint" if model else kind or kind_of(sheet, datasheet)
+    check_columns(sheet, kind)
     lacks = _lacking(model) if model else ()
     columns = {*proposed(sheet, kind)} - {*lacks}
     _check_goal(sheet, kind, columns)
@@ -230,11 +228,12 @@ def _unused(datasheet: Datasheet, made: Callable[[Datasheet], object]) -> tuple[
     return tuple(said)
 
 
-def check_columns(sheet: Sheet) -> None:
+def check_columns(sheet: Sheet, kind: str) -> None:
     """Checks that a first rig file can be written for a table.
 
     Args:
         sheet: The columns of a log.
+        kind: Kind of the rig.
 
     Raises:
         LogError: Where no column is taken for the time, a command or a reading, by a value that is no number, if there is one; and for
@@ -251,7 +250,7 @@ def check_columns(sheet: Sheet) -> None:
         raise LogError(
             f'{sheet.where(None)}: the thesis layout; write a rig file by hand with [columns] `position = "pos1"`, `{needed}'
         )
-    found = proposed(sheet, "reaction")
+    found = proposed(sheet, "reaction") | (proposed(sheet, kind) if kind == "joint" else {})
     commands = {"voltage_V", "duty", "goal_rad", "command_A", "command_Nm"} & ({*found} | {*sheet.names})
     wanted = {
         "a time": "time_s" in found,
@@ -290,14 +289,7 @@ def _commands_by_hand(sheet: Sheet) -> str:
             ', under [columns], such as `voltage_V = "NAME"`: or duty, command_A (a current), command_Nm (a torque, kind = "joint") '
             f"or goal_rad (an angle that a servo is to reach){_platform_by_hand(sheet)}"
         )
-    motion = [one for name, one in proposed(sheet, "joint").items() if name == "time_s" or COLUMNS_OF_MOTION & {name}]
-    sources = [one.line.partition("   #")[0] for one in motion if one.column != torque]
-    lines = ", ".join([*sources, f"command_Nm = {json.dumps(torque, ensure_ascii=False)}"])
-    return (
-        f": `{printable(torque)}` looks like a commanded torque, which is command_Nm of a joint: a file with the lines "
-        f'`kind = "joint"`, `axis.inertia = 0.1` (a guess, kg m2), `axis.friction.viscous = 0.0`, `columns = {{ {printable(lines)} }}` '
-        'and `fit.free = ["axis.inertia", "axis.friction.viscous"]` is a first rig'
-    )
+    return f": `{printable(torque)}` looks like a commanded torque, which a joint alone takes: give --kind joint"
 
 
 def _platform_by_hand(sheet: Sheet) -> str:
@@ -350,7 +342,7 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
         One of `rwjax.kinds.ONE_AXIS`.
     """
     names, columns = {*sheet.names}, {*proposed(sheet, "reaction")}
-    goal = "goal_rad" in proposed(sheet, "joint")
+    given = bool({"goal_rad", "command_Nm"} & {*proposed(sheet, "joint")})
     if names & {"position_rad", "command_Nm"}:
         return "joint"
     if "position_m" in names:
@@ -360,7 +352,7 @@ def kind_of(sheet: Sheet, datasheet: Datasheet) -> str:
         return "reaction" if axis else "wheel"
     if datasheet.gain:
         return "platform"
-    if goal:
+    if given:
         return "joint"
     yaw = any("yaw" in name.lower() for name in names)
     if datasheet.wheel_inertia:

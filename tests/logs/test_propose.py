@@ -203,7 +203,8 @@ def test_a_commanded_torque_drives_whatever_angle_is_desired_beside_it(torque: s
     assert "goal_rad" in proposal(ArraySheet("run", {}, [*idle], idle), "joint")
     columns[torque] = 0.1 * np.sin(K)
     section = proposal(ArraySheet("run", {}, [*columns], columns), "joint")
-    assert 'yaw_rad = "angle"' in section and "goal_rad" not in section and "enabled" not in section
+    assert 'yaw_rad = "angle"' in section and f'\ncommand_Nm = "{torque}"' in section
+    assert "\ngoal_rad" not in section and "enabled" not in section
 
 
 def test_a_load_without_a_unit_is_no_current() -> None:

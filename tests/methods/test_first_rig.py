@@ -210,15 +210,19 @@ def test_a_number_in_a_name_makes_no_second_axis(tmp_path: Path) -> None:
     assert parse_rig(text_of([tmp_path / "run.csv"], NOTHING)).kind == "platform"
 
 
-def test_a_commanded_torque_is_told_by_lines_that_are_a_rig_file(tmp_path: Path) -> None:
+def test_a_commanded_torque_makes_a_joint_and_is_no_command_of_another_rig(tmp_path: Path) -> None:
     rows = [f"{k / 100},{(-1) ** (k // 50) * 0.1},{0.09},{math.sin(0.05 * k)},{0.1}" for k in range(200)]
     (tmp_path / "run.csv").write_text("\n".join(["time_s,torque_meas_Nm,torque_cmd_Nm,angle_rad,angle_des_rad", *rows]))
-    with pytest.raises(LogError, match="`torque_cmd_Nm` looks like a commanded torque") as said:
-        first_rig([tmp_path / "run.csv"], NOTHING)
-    assert "docs" not in str(said.value) and "\n" not in str(said.value)
-    rig = parse_rig("\n".join(re.findall("`([^`]* = [^`]*)`", str(said.value))))
+    rig = parse_rig(first_rig([tmp_path / "run.csv"], NOTHING).text)
     (log,) = read_logs([tmp_path / "run.csv"], rig)
-    assert log.input == "command_Nm" and {*log.outputs} == {"yaw_rad"} and rig.free
+    assert rig.kind == "joint" and log.input == "command_Nm" and {*log.outputs} == {"yaw_rad"}
+    with pytest.raises(LogError, match="`torque_cmd_Nm` looks like .* give --kind joint$"):
+        first_rig([tmp_path / "run.csv"], NOTHING, kind="platform")
+    (tmp_path / "driven.csv").write_text(
+        "\n".join(["time_s,torque_cmd_Nm,voltage_V,angle_rad", *(row.rpartition(",")[0] for row in rows)])
+    )
+    rig = parse_rig(first_rig([tmp_path / "driven.csv"], NOTHING, kind="joint").text)
+    assert "command_Nm" not in rig.columns  # a voltage drives, whatever torque it follows
 
 
 @pytest.mark.parametrize(
