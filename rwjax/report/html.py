@@ -58,7 +58,8 @@ def figures_of(d: Diagnosis) -> dict[str, tuple[Plot, tuple[float, float]]]:
         if d.where.drawn is not None:
             chosen["missing"] = (plots.plot_missing, (9.0, 3.6))
         chosen["shares"] = (plots.plot_shares, (9.0, 2.4))
-    chosen["ranking"] = (plots.plot_ranking, (9.0, 2.8))
+    if len(d.ranking) > 1:
+        chosen["ranking"] = (plots.plot_ranking, (9.0, 2.8))
     return chosen
 
 

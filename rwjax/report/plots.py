@@ -6,11 +6,13 @@ from matplotlib.axes import Axes
 from rwjax.diagnosis.hypothesis import spoken
 from rwjax.diagnosis.result import Diagnosis
 from rwjax.diagnosis.words import UNIT
+from rwjax.logs.segments import runs_of
 from rwjax.report.style import AFTER, AXIS_LABEL, BEFORE, FLOOR, MEASURED, drawn_name
 
 MOST_POINTS = 4000  # samples drawn of a missing torque
 BINS, FEWEST_IN_A_BIN = 24, 10
 MOST_RANKED = 8  # candidates in the figure of the ranking
+NAMES_APART = 0.06  # between the two lines on which names of runs stand, of the height of the axes
 
 
 def held_out_errors(d: Diagnosis) -> dict[int, np.ndarray]:
@@ -61,20 +63,23 @@ def plot_runs(d: Diagnosis, ax: Axes) -> Axes:
     Returns:
         The same axes.
     """
-    begin = 0.0
+    begin, shift, runs, run_of = 0.0, 0.0, list[int](), runs_of(d.logs).tolist()
     for number, by_output in d.before.error.items():
         if d.signal not in by_output:
             continue
-        t = d.logs[number].time - d.logs[number].time[0] + begin
-        first = begin == 0.0
+        log, first = d.logs[number], not runs
+        if run_of[number] not in runs:
+            shift, place = begin - log.time[0], 1.0 + NAMES_APART * (len(runs) % 2)
+            runs.append(run_of[number])
+            ax.text(
+                begin, place, f" {drawn_name(log.name)}", transform=ax.get_xaxis_transform(), va="bottom", fontsize=7
+            )
+            ax.axvline(begin, color="#dddddd", lw=0.8, zorder=0)
+        t = log.time + shift
         ax.plot(t, by_output[d.signal], color=BEFORE, lw=0.9, label="rig as it is" if first else None)
         if d.effects:
             label = "with the effects" if first else None
             ax.plot(t, d.after.error[number][d.signal], color=AFTER, lw=0.9, label=label)
-        ax.axvline(begin, color="#dddddd", lw=0.8, zorder=0)
-        if not d.logs[number].goes_on:
-            name = f" {drawn_name(d.logs[number].name)}"
-            ax.text(begin, 1.0, name, transform=ax.get_xaxis_transform(), va="bottom", fontsize=7)
         begin = float(t[-1]) + 0.5
     ax.set_xlabel("time of the held-out runs, one after the other [s]")
     ax.set_ylabel(f"measured − predicted {AXIS_LABEL[d.signal]}")

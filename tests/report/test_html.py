@@ -36,10 +36,17 @@ NAMES = (
 """What a file may be called."""
 
 
+def test_where_nothing_was_compared_no_evidence_is_told(tmp_path: Path) -> None:
+    page = write_report(diagnosed(verdict="unknown", effects=(), ranking=(Ranked("none", 1.0, None),)), tmp_path)
+    assert "No candidate was compared." in page.read_text() and "share of the evidence" not in page.read_text()
+
+
 def test_a_diagnosis_has_the_figures_that_it_can_fill() -> None:
     assert list(figures_of(diagnosed())) == ["motion", "waterfall", "runs", "missing", "shares", "ranking"]
     found = diagnosed(verdict="none", effects=(), waterfall=diagnosed().waterfall[:1])
     assert list(figures_of(found)) == ["motion", "runs", "ranking"]
+    alone = diagnosed(verdict="unknown", effects=(), ranking=(Ranked("none", 1.0, None),))
+    assert "ranking" not in figures_of(alone)
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from rwjax.logs.log import Segments
 from rwjax.report import plots
 from rwjax.report.style import AFTER, BEFORE, FLOOR
 from tests.report import diagnosed as by_hand
@@ -47,6 +48,16 @@ def test_runs_follow_each_other_before_and_after(ax: Axes) -> None:
     assert np.max(lines[0].get_xdata()) < np.min(lines[2].get_xdata())
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["rig as it is", "with the effects"]
     assert ax.get_ylabel() == "measured − predicted yaw ψ [rad]"
+
+
+def test_segments_of_a_run_keep_their_own_times(ax: Axes) -> None:
+    first, second = diagnosed().logs[:2]
+    step = first.time[1] - first.time[0]
+    second = replace(second, time=first.time + 30 * step, segments=Segments(1.0, "as asked for", number=1))
+    plots.plot_runs(diagnosed(logs=(first, second), effects=()), ax)
+    one, other = (np.asarray(line.get_xdata()) for line in ax.lines if len(line.get_xdata()) == 50)
+    assert np.allclose(other - one, 30 * step)  # they overlap, as the second begins in its first 0.5 s
+    assert [text.get_text() for text in ax.texts] == [" a"]
 
 
 def test_without_effects_there_is_one_line_a_run(ax: Axes) -> None:
