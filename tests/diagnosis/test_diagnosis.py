@@ -306,7 +306,9 @@ def test_a_claim_that_has_less_evidence_than_another_explanation_says_so(monkeyp
     assert (found.verdict, found.effects, found.ranking[0].effect) == ("partial", stands_in.names, "axis.bias_torque")
     told = "by the evidence of the fitted runs alone axis.bias_torque would lead"
     assert any(remark.startswith(told) for remark in found.remarks)
-    assert "the fitted runs alone speak more for it" in found.ranking[0].why_not
+    first, after = found.ranking[0], found.gaps[found.signal].after
+    assert first.why_not is not None and first.gap_after is not None
+    assert ("the fitted runs alone speak more for it" in first.why_not) == (first.gap_after <= after)
 
 
 @pytest.mark.slow
