@@ -44,9 +44,10 @@ class ComparisonByRuns(ColouredComparison):
         Returns:
             True where it does.
         """
-        further = len(larger.names) > len(smaller.names) > 0
-        if not further or super().likelier(larger, smaller):
-            return super().likelier(larger, smaller)
+        if super().likelier(larger, smaller):
+            return True
+        if not len(larger.names) > len(smaller.names) > 0:
+            return False
         left, without = self.left_out.excess(larger), self.left_out.excess(smaller)
         most = without > self.limits.nothing_left and left < self.fits.settings.partial.mostly * without
         return most and self.gains_altogether(larger, smaller)

@@ -17,7 +17,6 @@ Everything is decided on training runs. A name holds where
 Each name is judged beside all others of its set, also beside those that do not hold: these stand for what else is missing.
 """
 
-import operator
 from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
@@ -193,7 +192,8 @@ def _explains_most_alike(
     gain by the reading is enough, since coloured noise does not come again in another run.
     """
     limits, left_out = by_runs.fits.settings.partial, by_runs.left_out
-    if not all(map(operator.lt, _shares(by_runs, best, smaller), (limits.mostly_fitted, limits.mostly))):
+    of_fitted, of_left_out = _shares(by_runs, best, smaller)
+    if not (of_fitted < limits.mostly_fitted and of_left_out < limits.mostly):
         return False
     with_it, without = left_out(best), left_out(smaller)
     worse = [a for a in parts if a.run is not None and with_it[a.run] > limits.harms * without[a.run]]

@@ -66,7 +66,8 @@ def test_a_small_gain_by_the_reading_is_enough_for_a_further_name_that_removes_m
     by_runs = ComparisonByRuns(searched([run_of(k, TRUTH) for k in range(2)], BIAS, both).fits)
     limits = PartialSettings(needed=needed, needed_by_reading=1e9, needed_of_squares=-1e9)
     by_runs.fits.settings = replace(Settings(), partial=limits)
-    monkeypatch.setattr(LeftOut, "excess", lambda _, e: left if e == both else without)
+    excess = {both: left, BIAS: without, NOTHING: 1e3 * without}
+    monkeypatch.setattr(LeftOut, "excess", lambda _, e: excess[e])
     assert by_runs.likelier(both, BIAS) == likelier
     assert not by_runs.in_sample.likelier(both, BIAS)
     assert not by_runs.likelier(BIAS, NOTHING)  # which is no further name
