@@ -1,5 +1,6 @@
 """Initial states from the first 0.5 s of each run, by secants of batched free runs."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +10,12 @@ from rwjax.fitting.problem import Problem
 
 START_SPAN = 1e-4
 """Span of a secant by an entry of an initial state, in its SI unit or as a share of its size, whichever is larger."""
-MOST_STEPS = 30
+MOST_STEPS = 12
 """Steps at most towards the initial states."""
-LEAST_GAIN = 1e-8
-"""Share of the sum of squares below which a step's gain ends the search [1]."""
-LEAST_DAMPING, MOST_DAMPING = 1e-12, 1e6
-"""Range of the Levenberg-Marquardt damping [1]."""
+LEAST_FORETOLD, LEAST_MADE = 1e-8, 1e-6
+"""Shares of the sum of squares below which a step's gain, foretold or made, ends the search [1]: along a kink, steps gain little for long."""
+DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0, 1e2, 1e3, 1e4)
+"""Levenberg-Marquardt dampings [1]. Once a log's whole step has not gained, its steps are tried with all of them side by side."""
 
 
 class MovedStarts(NamedTuple):
@@ -46,15 +47,41 @@ def moved_starts(problem: Problem, start: np.ndarray) -> MovedStarts:
     return MovedStarts(states, width, [start + width * (np.arange(start.shape[1]) == s) for s in states])
 
 
-def _least_squares(columns: np.ndarray, residual: np.ndarray, damping: float) -> np.ndarray:
-    """Change of the unknowns that minimises a residual; 0 where it does not depend on one or is not finite."""
+class _Step(NamedTuple):
+    """The step that minimises a residual to first order, by the singular values of its scaled columns.
+
+    Attributes:
+        directions: Changes of the unknowns `(k, n)` that move the residual each by its singular value [SI].
+        size: The singular values `(k,)` [1]; those that are none but for rounding are left out.
+        along: Share of the residual along each of them `(k,)` [1].
+    """
+
+    directions: np.ndarray
+    size: np.ndarray
+    along: np.ndarray
+
+    @property
+    def foretold(self) -> float:
+        """By how much the whole step lessens the sum of squares to first order [1]."""
+        return float(self.along @ self.along)
+
+    def change(self, damping: float) -> np.ndarray:
+        """Change of the unknowns `(n,)` [SI] with a damping [1]."""
+        return -(self.along * self.size / (self.size**2 + damping)) @ self.directions
+
+
+def _step(columns: np.ndarray, residual: np.ndarray) -> _Step:
+    """The step for columns `(m, n)` and a residual `(m,)`; none where these are not finite or the residual does not depend on anything."""
     with np.errstate(over="ignore"):
-        scale = np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
-    if not (np.all(np.isfinite(scale)) and np.all(np.isfinite(residual))):
-        return np.zeros(len(scale))
-    rows = np.concatenate([columns / scale, np.sqrt(damping) * np.eye(len(scale))])
-    share = np.linalg.lstsq(rows, np.append(-residual, np.zeros(len(scale))), rcond=1e-9)[0]
-    return np.where(scale > 1e-140, share / scale, 0.0)
+        scale = np.sqrt(np.sum(columns**2, axis=0))
+    seen = scale > 1e-140
+    if not (seen.any() and np.all(np.isfinite(scale)) and np.all(np.isfinite(residual))):
+        return _Step(np.zeros((0, len(scale))), np.zeros(0), np.zeros(0))
+    u, size, v = np.linalg.svd(columns[:, seen] / scale[seen], full_matrices=False)
+    kept = size > 1e-9 * size[0]
+    directions = np.zeros((int(kept.sum()), len(scale)))
+    directions[:, seen] = v[kept] / scale[seen]
+    return _Step(directions, size[kept], residual @ u[:, kept])
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a run that leaves the range of numbers: its start stays
@@ -82,35 +109,44 @@ def linearised_initial_states(
         seen = early.weight[log] > 0.0
         unit = early.weight[log][seen] / problem.batch.weight[log, : early.windows][seen]
         columns = G[:, : early.windows][:, seen].T * unit[:, None]
-        change = _least_squares(columns, unit * residual[log, : early.windows][seen], 0.0)
+        change = _step(columns, unit * residual[log, : early.windows][seen]).change(0.0)
         start[log, s] += change
         residual[log] += np.tensordot(change, G, axes=1)
     return start, residual
 
 
 class _Early(NamedTuple):
-    """Residual of a log's first 0.5 s, its secants by the initial state `(n, …)`, and its sum of squares."""
+    """A log's first 0.5 s: the step to a better initial state, in its free entries, and the sum of squares [1]."""
 
-    residual: np.ndarray
-    by_state: np.ndarray
+    step: _Step
     square: float
+
+
+def _residuals(
+    problem: Problem, theta: np.ndarray, starts: Sequence[np.ndarray], logs: np.ndarray
+) -> Simulating[tuple[np.ndarray, np.ndarray]]:
+    """Residuals `(b, l, m)` of the first 0.5 s of some logs from several initial states, and their sums of squares `(b, l)`."""
+    early = problem.start_only.batch
+    y = yield Wanted(problem, np.tile(theta, (len(starts), 1)), np.stack(starts), logs, early.windows)
+    with np.errstate(over="ignore", invalid="ignore"):
+        r = ((y - early.reading[logs]) * early.weight[logs]).reshape(len(y), len(logs), -1)
+        square = np.einsum("blm,blm->bl", r, r)
+    return r, np.where(np.isfinite(square), square, np.inf)
 
 
 def _early_runs(
     problem: Problem, theta: np.ndarray, start: np.ndarray, logs: np.ndarray
 ) -> Simulating[dict[int, _Early]]:
     """The first 0.5 s of some logs, by log number."""
-    early = problem.start_only.batch
     states, width, moved = moved_starts(problem, start)
-    thetas = np.tile(theta, (1 + len(states), 1))
-    y = yield Wanted(problem, thetas, np.stack([start, *moved]), logs, early.windows)
-    with np.errstate(over="ignore", invalid="ignore"):
-        r = ((y - early.reading[logs]) * early.weight[logs]).reshape(len(y), len(logs), -1)
-        by_state = np.zeros((start.shape[1], *r.shape[1:]))
-        by_state[states] = (r[1:] - r[0]) / width[logs][:, states].T[..., None]
-        square = np.sum(r[0] ** 2, axis=1)
-    square = np.where(np.isfinite(square), square, np.inf)
-    return {log: _Early(r[0, k], by_state[:, k], float(square[k])) for k, log in enumerate(map(int, logs))}
+    r, square = yield from _residuals(problem, theta, [start, *moved], logs)
+    found = {}
+    for k, log in enumerate(map(int, logs)):
+        free = problem.start_free[log][states]
+        with np.errstate(over="ignore", invalid="ignore"):
+            columns = (r[1:, k][free] - r[0, k]) / width[log, states[free]][:, None]
+        found[log] = _Early(_step(columns.T, r[0, k]), float(square[0, k]))
+    return found
 
 
 def initial_states_by_secants(
@@ -132,24 +168,36 @@ def initial_states_by_secants(
         Initial states `(l, n)` [SI]; known entries, and logs without readings there, are those of `start`.
     """
     start = (problem.start if start is None else start).copy()
-    early = problem.start_only.batch
-    logs = np.flatnonzero(problem.start_free.any(axis=1) & early.weight.any(axis=(1, 2, 3)))
+    logs = np.flatnonzero(problem.start_free.any(axis=1) & problem.start_only.batch.weight.any(axis=(1, 2, 3)))
     here = (yield from _early_runs(problem, theta, start, logs)) if len(logs) else {}
-    damping = dict.fromkeys(here, LEAST_DAMPING)
+    damped: set[int] = set()
     for _ in range(MOST_STEPS):
-        if not damping:
-            break
-        trial = start.copy()
-        for log in damping:
-            s = np.flatnonzero(problem.start_free[log])
-            trial[log, s] += _least_squares(here[log].by_state[s].T, here[log].residual, damping[log])
-        tried = yield from _early_runs(problem, theta, trial, np.array(list(damping)))
-        for log, there in tried.items():
-            gain = here[log].square - there.square
+        here = {log: one for log, one in here.items() if one.step.foretold > LEAST_FORETOLD * max(one.square, 1.0)}
+        whole, tried = [log for log in here if log not in damped], dict[int, _Early]()
+        trial = _moved(problem, start, {log: here[log] for log in whole}, 0.0)
+        if whole:
+            tried = yield from _early_runs(problem, theta, trial, np.array(whole))
+            damped |= {log for log in whole if not tried[log].square < here[log].square}
+        if again := [log for log in here if log in damped]:
+            trials = [_moved(problem, start, {log: here[log] for log in again}, damping) for damping in DAMPINGS]
+            _, square = yield from _residuals(problem, theta, trials, np.array(again))
+            for log, best in zip(again, np.argmin(square, axis=0), strict=True):
+                trial[log] = trials[best][log]
+            tried |= yield from _early_runs(problem, theta, trial, np.array(again))
+        going_on = {}
+        for log, before in here.items():
+            gain = before.square - tried[log].square
             if gain > 0.0:
-                start[log], here[log], damping[log] = trial[log], there, LEAST_DAMPING
-            else:
-                damping[log] = max(damping[log], 1e-4) * 10.0
-            if abs(gain) <= LEAST_GAIN * max(here[log].square, 1.0) or damping[log] > MOST_DAMPING:
-                del damping[log]
+                start[log] = trial[log]
+            if gain > LEAST_MADE * max(before.square, 1.0):
+                going_on[log] = tried[log]
+        here = going_on
     return start
+
+
+def _moved(problem: Problem, start: np.ndarray, those: dict[int, _Early], damping: float) -> np.ndarray:
+    """Initial states `(l, n)` [SI] with those of some logs moved by their step with a damping [1]."""
+    moved = start.copy()
+    for log, early in those.items():
+        moved[log, problem.start_free[log]] += early.step.change(damping)
+    return moved
