@@ -126,6 +126,20 @@ def together(searches: Sequence[Simulating[T]], threads: int = THREADS) -> list[
     return [schedule.found[number] for number in range(len(searches))]
 
 
+def by_itself(search: Simulating[T]) -> T:
+    """Result of one search, on this thread.
+
+    Args:
+        search: A generator that has not begun.
+
+    Returns:
+        What it returns.
+    """
+    schedule = _Schedule([search])
+    schedule.work()
+    return schedule.found[0]
+
+
 class _Schedule:
     """Shares work among threads.
 

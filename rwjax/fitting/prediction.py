@@ -13,8 +13,7 @@ import numpy as np
 
 from rwjax.fitting.batched_runs import Simulating, Wanted, together
 from rwjax.fitting.initial_guess import starts_at_rest
-from rwjax.fitting.initial_state import initial_state_covariance
-from rwjax.fitting.initial_state_by_secants import initial_states_by_secants, moved_starts
+from rwjax.fitting.initial_state import initial_state_covariance, initial_states, moved_starts
 from rwjax.fitting.problem import Problem
 from rwjax.kinds import is_angle
 from rwjax.logs.log import Log
@@ -101,7 +100,7 @@ def _runs_and_secants(
 
     The secants are by the initial states, 0 where none are asked for or a run leaves the range of numbers.
     """
-    start = yield from initial_states_by_secants(problem, theta)
+    start = yield from initial_states(problem, theta)
     states, width, moved = moved_starts(problem, start) if with_secants else (np.zeros(0, int), start, [])
     windows = problem.batch.windows
     y = yield Wanted(problem, np.tile(theta, (1 + len(states), 1)), np.stack([start, *moved]), logs, windows)

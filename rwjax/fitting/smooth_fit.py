@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rwjax.fitting.batched_runs import by_itself
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
-from rwjax.fitting.initial_state import initial_states_by_sensitivities
+from rwjax.fitting.initial_state import initial_states
 from rwjax.fitting.initial_state_from_start import is_complete
 from rwjax.fitting.multiple_shooting import Fit, reaches_noise
 from rwjax.fitting.optimise import Optimum, Unknowns, optimise
@@ -139,7 +140,7 @@ def _by_start_rule(problem: Problem, here: "_Found") -> np.ndarray:
     from_start = problem.initial_state_from_start[:, None]
     if not from_start.any():
         return here.start
-    return np.where(from_start, initial_states_by_sensitivities(problem, here.theta, here.start), here.start)
+    return np.where(from_start, by_itself(initial_states(problem, here.theta, here.start)), here.start)
 
 
 def _of_width(problem: Problem, factor: float) -> Problem:

@@ -1,12 +1,17 @@
-"""Initial states from the first 0.5 s, by exact sensitivities."""
+"""Initial states from the first 0.5 s: against a second implementation, closed form, and along kinks."""
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
-from rwjax.fitting.initial_state import initial_states_by_sensitivities
-from rwjax.fitting.problem import pose
+from rwjax.fitting.batched_runs import by_itself, together
+from rwjax.fitting.initial_state import initial_states
+from rwjax.fitting.problem import Problem, pose
 from rwjax.plant.from_rig import structure_of, theta_of
-from tests.systems import platform, record, run
+from rwjax.rig.model import Rig
+from rwjax.simulation.free_run import free_run
+from tests.fitting.moving_runs import several
+from tests.systems import platform, reaction, record, run
 
 TIME = np.arange(601) * 0.01
 
@@ -20,22 +25,66 @@ def moving(seed: int, speed: float = 1.0, noise: float = 1e-3):
     return record(TIME, PUSH, {"yaw_rad": y + np.random.default_rng(seed).normal(0.0, noise, len(y))})
 
 
+def early(problem: Problem, theta: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Residuals of the first 0.5 s of every log `(l, m)` [1]."""
+    batch = problem.start_only.batch
+    y, _ = free_run(problem.structure, theta, start, batch)
+    return ((np.asarray(y) - batch.reading) * batch.weight).reshape(len(start), -1)
+
+
+def by_scipy(problem: Problem, theta: np.ndarray) -> np.ndarray:
+    """Initial states by scipy's trust region with its own differences, log by log."""
+    found = problem.start.copy()
+    for log in range(len(found)):
+        free = np.flatnonzero(problem.start_free[log])
+
+        def residual(x: np.ndarray, log: int = log, free: np.ndarray = free) -> np.ndarray:
+            start = found.copy()
+            start[log, free] = x
+            return early(problem, theta, start)[log]
+
+        found[log, free] = least_squares(residual, found[log, free], diff_step=1e-5, xtol=1e-10, ftol=1e-12).x
+    return found
+
+
+@pytest.mark.parametrize("rig", [platform(), platform("viscous = 0.02"), reaction()], ids=["dry", "smooth", "reaction"])
+def test_first_states_are_those_of_another_least_squares(rig: Rig) -> None:
+    problem = several(rig)
+    theta = theta_of(rig, problem.structure)
+    other, found = by_scipy(problem, theta), together([initial_states(problem, theta)])[0]
+    square = [np.sum(early(problem, theta, start) ** 2, axis=1) for start in (found, other)]
+    assert np.all(square[0] <= square[1] * (1.0 + 1e-5))
+    seen = [problem.structure.states.index(name) for name in ("psi", "w")]
+    assert np.max(np.abs(found - other)[:, seen]) < 2e-3  # a few per cent of what noise does to a start
+
+
+def test_numbers_far_off_leave_no_start_worse_than_it_was() -> None:
+    rig = platform()
+    problem = several(rig)
+    for factor in (0.02, 0.3, 4.0, 50.0):
+        theta = factor * theta_of(rig, problem.structure)
+        found = by_itself(initial_states(problem, theta))
+        before, after = (np.sum(early(problem, theta, start) ** 2, axis=1) for start in (problem.start, found))
+        assert np.all(after <= before)
+        assert np.any(after < before)
+
+
 @pytest.mark.slow
 def test_the_start_of_one_log_does_not_depend_on_the_others() -> None:
     rig = platform()
     logs = [moving(seed, speed) for seed, speed in enumerate((1.0, -2.0, 0.2, 5.0))]
     structure = structure_of(rig)
-    together = initial_states_by_sensitivities(pose(structure, logs), theta_of(rig, structure))
+    of_all = by_itself(initial_states(pose(structure, logs), theta_of(rig, structure)))
     for k, log in enumerate(logs):
-        alone = initial_states_by_sensitivities(pose(structure, (log,)), theta_of(rig, structure))
-        assert together[k] == pytest.approx(alone[0], abs=1e-6)
+        alone = by_itself(initial_states(pose(structure, (log,)), theta_of(rig, structure)))
+        assert of_all[k] == pytest.approx(alone[0], abs=1e-6)
 
 
 def test_the_start_is_found_within_its_uncertainty() -> None:
     rig = platform()
     structure = structure_of(rig)
     speeds = [
-        initial_states_by_sensitivities(pose(structure, (moving(seed),)), theta_of(rig, structure))[0, 1]
+        by_itself(initial_states(pose(structure, (moving(seed),)), theta_of(rig, structure)))[0, 1]
         for seed in range(30)
     ]
     assert abs(np.mean(speeds) - 1.0) < 4.0 * np.std(speeds) / np.sqrt(30)
