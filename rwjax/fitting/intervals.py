@@ -47,7 +47,7 @@ def intervals(
     """
     moves = fitted.coordinates
     on_bound = np.logical_or(*moves.on_bound(fitted.theta))
-    found, notes = {}, []
+    found, notes, late = {}, [], []
     if draws:
         progress(f"{draws} refits to resampled stretches")
     drawn = np.percentile(bootstrap(fitted, draws), (2.5, 97.5), axis=0).T if draws else None
@@ -73,15 +73,17 @@ def intervals(
                 ends = _profile(fitted, roughly, k, float(errors.inflation[k]), unit, check)
             except _OutOfTime:
                 found[name] = max(low, float(moves.bounds[k, 0])), min(high, float(moves.bounds[k, 1]))
-                notes.append(
-                    f"{name}: a standard error says little; there is no profile, since those of all numbers had taken {MOST_TIME:g} s"
-                )
+                late.append(name)
                 continue
             found[name] = ends
             low, high = map(float, moves.bounds[k])
             notes.append(
                 f"{name}: {interval_words(*ends, 3, (low, high))} by its profile, since a standard error says little"
             )
+    if late:
+        notes.append(
+            f"{', '.join(late)}: a standard error says little; there is no profile, since those of all numbers had taken {MOST_TIME:g} s"
+        )
     return found, notes
 
 

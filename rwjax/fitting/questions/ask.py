@@ -12,6 +12,7 @@ from rwjax.fitting.questions.angles import about_degrees, from_degrees
 from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_fractions, about_other_runs, about_pulses
 from rwjax.fitting.questions.likeness import Question, Run
+from rwjax.fitting.questions.rates import about_rates
 from rwjax.fitting.questions.readings import IN_MILLI, about_readings
 from rwjax.fitting.questions.servo import about_servos
 from rwjax.fitting.questions.signs import about_lost_signs
@@ -65,9 +66,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     outputs = problem.structure.outputs
     if leap := [Question(f"{log.name}: {says}") for log in _read(problem) for says in leaping(log, outputs)]:
         return [*dropped, *leap]  # behind which no free run is near
-    if contradicted := about_servos(
-        _read(problem), problem.structure.unsigned
-    ):  # no simulation tells more of readings that contradict one another
+    read, sizes = _read(problem), problem.structure.unsigned
+    if contradicted := about_servos(read, sizes):  # no simulation tells more of readings that contradict one another
         return [*dropped, *contradicted]
     runs = _free_runs(problem, theta, problem.batch, problem.start)
     if unsigned := about_lost_signs(runs):
@@ -87,7 +87,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     if degrees:
         return [*dropped, *unsigned.values(), *degrees]
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
-    return [*dropped, *unsigned.values(), *readings, *clocks, *steps, *about_other_runs(runs, explained)]
+    asked = [*readings, *clocks, *steps, *about_other_runs(runs, explained)]
+    return [*dropped, *unsigned.values(), *(asked or about_rates(read, sizes))]  # a clock shows in a rate, too
 
 
 def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:

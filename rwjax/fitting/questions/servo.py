@@ -4,11 +4,11 @@ A position loop that works brings the position near its goal, and a position cha
 """
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from rwjax.fitting.questions.likeness import ALIKE, Question, Run, likeness, names_of
+from rwjax.fitting.questions.likeness import Question, names_of
+from rwjax.fitting.questions.rates import times_the_way
 from rwjax.kinds import GOAL
 from rwjax.logs.log import Log
 
@@ -45,7 +45,10 @@ def about_servos(logs: Sequence[Log], unsigned: Collection[str] = ()) -> list[Qu
     for log in logs:
         if log.input != GOAL or POSITION not in log.outputs:
             continue
-        found = {GOAL: _times_the_goal(log), SPEED: _times_the_way(log) if SPEED not in unsigned else None}
+        found = {
+            GOAL: _times_the_goal(log),
+            SPEED: times_the_way(log, POSITION, _mistake) if SPEED not in unsigned else None,
+        }
         for times in {given for given in found.values() if given is not None}:
             odd.setdefault(times, []).append(log)
             against.setdefault(times, set()).update(name for name, given in found.items() if given == times)
@@ -85,19 +88,9 @@ def _times_the_goal(log: Log) -> float | None:
     return _first(follows)
 
 
-def _times_the_way(log: Log) -> float | None:
-    """How many times the integral of the logged speed a position's changes are by a mistake, None where they may be right."""
-    seen = np.isfinite(log.outputs.get(SPEED, np.full(1, np.nan)))
-    if not seen.any() or np.min(log.outputs[SPEED][seen]) >= 0.0:  # it may be the size alone
-        return None
-    speed = np.interp(log.time, log.time[seen], log.outputs[SPEED][seen])
-    way = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(log.time)))
-    found = likeness(Run(replace(log, outputs={POSITION: log.outputs[POSITION]}), {POSITION: way}), POSITION)
-    if abs(found.correlation) < ALIKE:
-        return None
-    if found.times < 0.0:
-        return -1.0
-    return _first(lambda times: 1.0 / ABOUT < found.times / times < ABOUT)
+def _mistake(times: float) -> float | None:
+    """The mistake that a factor between a position's changes and its logged speed tells."""
+    return _first(lambda known: 1.0 / ABOUT < times / known < ABOUT)
 
 
 def _first(holds: Callable[[float], bool]) -> float | None:
