@@ -31,6 +31,8 @@ UNITS = (
     (r"s|sec\w*", "s"),
 )
 """Words of a column's name, and the unit that they mean; the first that is there counts."""
+PITCH = ("pitch", "tilt", "roll")
+"""Words of an axis that is not yaw: of a rig with one axis it is the axis, which rwjax calls yaw, where no other column is."""
 WORDS = (
     ("time_s", r"t|time\w*|zeit|timestamp|millis|micros|clock|ms|us|sec\w*"),
     ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
@@ -42,7 +44,10 @@ WORDS = (
     ),
     ("current_A", r"current\w*|amps?|i|cur|ma|strom|load\w*"),
     ("rate", r"speed\w*|vel\w*|omega|w|rpm|rate|gyro\w*|drehzahl|geschw\w*|dps"),
-    ("angle", r"angle\w*|pos\w*|theta|yaw|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q"),
+    (
+        "angle",
+        rf"angle\w*|pos\w*|theta|yaw|{'|'.join(PITCH)}|psi|phi|present\w*|deg\w*|winkel|counts?|ticks?|cnt|enc\w*|q",
+    ),
 )
 """Words of a column's name by what they mean; the first that is there counts."""
 WHEEL = r"(fly|reaction_?)?wheels?(speed|rate|angle|pos)?|rw"
@@ -57,6 +62,8 @@ NO_THROTTLE = rf"throttle[\W_]*(?!({OF_THROTTLE})(?![a-z]))[a-z]"
 """Names of something else about a throttle, such as its temperature."""
 TEMPERATURE = r"\w*temp(eratur\w*)?\d*|\w+temps|thermistor|ntc|celsius|°c|degc"
 """Words of a temperature, which is no quantity of a rig, whatever it is of; `temps` alone is a time in French."""
+COUNTS_IN_TIME = r"(counts?|ticks?|cnt)[\W_]+(per[\W_]+)?(s|sec|second)\W*$"
+"""The end of the name of a rate in counts, of which nothing is known."""
 JOINT = r"joint[\W_]*\d*([\W_]*(rad|deg)\W*)?"
 """Names of a joint's angle that say no more than whose it is; without a unit they may be the joint's number as well."""
 COMMANDED = r"cmd\w*|command\w*|input"
@@ -186,7 +193,7 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
     found: dict[str, Proposal] = {}
     if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
         return found
-    for column in sorted(sheet.names, key=_may_be_number):
+    for column in sorted(sheet.names, key=lambda name: (_may_be_number(name), _of_pitch(name))):
         values = _values(sheet, column)
         one = _guess(column, values, kind, supply) if values is not None else _dated(sheet, column)
         if one is not None and not (_may_be_number(column) and _is_number(one, values, found)):
@@ -252,6 +259,11 @@ def _may_be_number(column: str) -> bool:
     return bool(re.fullmatch(JOINT, column.lower())) and not unit_by_name(column)
 
 
+def _of_pitch(column: str) -> bool:
+    """Whether a column's name says an axis other than yaw."""
+    return any(word in _parts(column) for word in PITCH)
+
+
 def _is_number(one: Proposal, values: np.ndarray | None, found: Collection[str]) -> bool:
     """Whether such a column is the joint's number: it never changes, or another column is the angle."""
     angles = {COLUMNS[name].output for name in found if name in COLUMNS}
@@ -297,7 +309,7 @@ def _meaning(column: str, parts: Sequence[str]) -> str:
     """What a column's name means, "" for nothing: the first word that agrees with its unit."""
     if re.search(PULSE_WIDTH, column.lower()):
         return "voltage_V"
-    if re.search(NO_THROTTLE, column.lower()) or is_temperature(column):
+    if re.search(NO_THROTTLE, column.lower()) or is_temperature(column) or re.search(COUNTS_IN_TIME, column.lower()):
         return ""
     if re.fullmatch(JOINT, column.lower()):
         return "angle"
@@ -332,6 +344,8 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
+    if column in COLUMNS and (name := column.replace("pitch", "yaw")) in valid:
+        return _line(name, column, "")
     if "command_Nm" in valid and is_commanded_torque(column):
         return _line("command_Nm", column, "", "N m at the joint: right?")
     means, unit = _meaning(column, parts), unit_by_name(column)

@@ -11,6 +11,7 @@ import numpy as np
 
 from rwjax.errors import InputError, LogError, no_name, printable, printable_lines
 from rwjax.kinds import MOTORED, NUMBERS, ONE_AXIS, SERVO, THESIS_COLUMNS, TURNING, WHEELED, encoder_section
+from rwjax.logs.mapped_sheet import LAYOUT
 from rwjax.logs.propose import (
     SUPPLY_GUESSED,
     SUPPLY_V,
@@ -240,10 +241,11 @@ def check_columns(sheet: Sheet, kind: str) -> None:
             logs in the thesis's layout, or of a rig with two axes.
     """
     second = [name for name in sheet.names if name in OF_TWO_AXES]
-    if second and all(name.startswith("pitch") for name in second) and "yaw_rad" not in sheet.names:
+    one_axis = all(name.startswith("pitch") for name in second) and "yaw_rad" not in sheet.names
+    if second and one_axis and sheet.notes.get(LAYOUT[0]) == LAYOUT[1]:
         calls = ", ".join(f"`{name.replace('pitch', 'yaw')}` for `{name}`" for name in second)
         raise LogError(f"{sheet.where(None)}: `init` writes rigs with one axis, which is called yaw: write {calls}")
-    if second:
+    if second and not one_axis:
         raise LogError(f"{sheet.where(None)}: a rig with two axes; `init` writes rigs with one command")
     if [*sheet.names] == [*THESIS_COLUMNS]:
         needed = 'pulse = "pwm_1"` and [drive] `pwm = { neutral_us = …, volts_per_us = … }`'

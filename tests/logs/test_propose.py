@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rwjax.logs.array_sheet import ArraySheet
-from rwjax.logs.propose import description, is_temperature, proposal
+from rwjax.logs.propose import description, is_temperature, proposal, proposed
 from rwjax.rig.read import parse_rig
 from tests.rig.texts import PLATFORM, WHEEL
 
@@ -91,6 +91,12 @@ K = np.arange(100.0)
         ("target_speed_rpm", K, "# passed over: target_speed_rpm"),
         ("vbat", 12 + 0 * K, 'supply_V = "vbat"'),
         ("yaw_rad", K, 'yaw_rad = "yaw_rad"'),
+        ("pitch_rad", 0.01 * K, 'yaw_rad = "pitch_rad"'),
+        ("pitch_rad_s", 0.01 * K, 'yaw_rad_s = "pitch_rad_s"'),
+        ("tilt_deg", K, 'yaw_rad = { column = "tilt_deg", unit = "deg" }'),
+        ("pitch_rate_est_rad_s", 0.01 * K, 'yaw_rad_s = "pitch_rate_est_rad_s"'),
+        ("tach_counts_s", K, "# passed over: tach_counts_s"),
+        ("encoder counts/s", K, "# passed over: encoder counts/s"),
     ],
 )
 def test_a_column_is_known_by_name_unit_and_values(column: str, values: np.ndarray, line: str) -> None:
@@ -173,10 +179,18 @@ def test_beside_an_angle_its_counts_are_passed_over() -> None:
     assert "yaw_counts" not in section and section.endswith("# passed over: ticks")
 
 
+def test_another_axis_is_the_one_axis_where_no_column_is_of_yaw() -> None:
+    t = 0.01 * np.arange(50)
+    alone = {"time_s": t, "voltage_V": t, "roll_deg": 2.0 * t}
+    assert proposed(ArraySheet("run", {}, [*alone], alone), "joint")["yaw_rad"].column == "roll_deg"
+    both = alone | {"heading_angle_rad": t}
+    assert proposed(ArraySheet("run", {}, [*both], both), "joint")["yaw_rad"].column == "heading_angle_rad"
+
+
 def test_of_two_rates_the_one_with_a_unit_is_taken() -> None:
-    columns = {"time_s": 0.01 * K, "gyro_x_raw": K, "pitch_rate_rad_s": 0.1 * K, "yaw_rate_rad_s": 0.2 * K}
+    columns = {"time_s": 0.01 * K, "gyro_x_raw": K, "arm_rate_rad_s": 0.1 * K, "base_rate_rad_s": 0.2 * K}
     section = proposal(ArraySheet("run", {}, [*columns], columns), "platform")
-    assert 'yaw_rad_s = "pitch_rate_rad_s"' in section and "# passed over: gyro_x_raw, yaw_rate_rad_s" in section
+    assert 'yaw_rad_s = "arm_rate_rad_s"' in section and "# passed over: gyro_x_raw, base_rate_rad_s" in section
     section = proposal(ArraySheet("run", {}, ["time_s", "gyro_x_raw"], columns), "platform")
     assert 'yaw_rad_s = "gyro_x_raw"' in section
 

@@ -178,16 +178,23 @@ def test_numbers_of_a_mujoco_hinge_go_with_the_columns_of_its_logs(tmp_path: Pat
         text_of([tmp_path / "run.csv"], NOTHING, None, MujocoJoint("elbow", known, False, {}, ()))
 
 
+def test_an_axis_that_pitches_is_the_one_axis(tmp_path: Path) -> None:
+    rows = [f"{k / 100},{(-1) ** (k // 50)},{(k / 100) ** 2},{k / 50}" for k in range(200)]
+    text = "\n".join(["time_s,voltage_V,pitch_rad,pitch_rad_s", *rows])
+    (tmp_path / "run.csv").write_text(text)
+    found = parse_rig(text_of([tmp_path / "run.csv"], NOTHING))
+    assert (found.sources["yaw_rad"].column, found.sources["yaw_rad_s"].column) == ("pitch_rad", "pitch_rad_s")
+    (tmp_path / "run.csv").write_text(f"# layout: rwjax\n{text}")  # of which every column has its name
+    with pytest.raises(LogError, match="which is called yaw: write `yaw_rad` for `pitch_rad`, `yaw_rad_s`"):
+        text_of([tmp_path / "run.csv"], NOTHING)
+
+
 @pytest.mark.parametrize(
     ("header", "message"),
     [
         (
             "time_s,voltage_1_V,voltage_2_V,yaw_rad,pitch_rad,temp",
             "a rig with two axes; `init` writes rigs with one command",
-        ),
-        (
-            "time_s,voltage_V,pitch_rad,pitch_rad_s,b,c",
-            "one axis, which is called yaw: write `yaw_rad` for `pitch_rad`, `yaw_rad_s` for `pitch_rad_s`",
         ),
         ("time_s,voltage_V,pitch_rad,yaw_rad,b,c", "a rig with two axes"),
         (

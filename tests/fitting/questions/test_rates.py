@@ -37,7 +37,11 @@ MISTAKES = [
     (1.0, 30.0 / np.pi, "is yaw_rad_s in turns per minute?"),
     (1.0, 0.5 / np.pi, "is yaw_rad_s in turns per second?"),
     (0.5 / np.pi, 1.0, "is yaw_rad in turns?"),
-    (-1.0, 1.0, "yaw_rad goes against what yaw_rad_s says: is its sign wrong, or that of yaw_rad_s? `sign` in [columns]"),
+    (
+        -1.0,
+        1.0,
+        "yaw_rad goes against what yaw_rad_s says: is its sign wrong, or that of yaw_rad_s? `sign` in [columns]",
+    ),
     (1.0, -DEGREES, "yaw_rad goes against what yaw_rad_s says"),
 ]
 
