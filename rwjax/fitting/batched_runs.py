@@ -127,7 +127,7 @@ def together(searches: Sequence[Simulating[T]], threads: int = THREADS) -> list[
 
 
 def by_itself(search: Simulating[T]) -> T:
-    """Result of one search, on this thread.
+    """Result of one search, on this thread: whoever asks may be one of several already.
 
     Args:
         search: A generator that has not begun.

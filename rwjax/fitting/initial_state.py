@@ -72,11 +72,11 @@ class _Step(NamedTuple):
 
 
 def _step(columns: np.ndarray, residual: np.ndarray) -> _Step:
-    """The step for columns `(m, n)` and a residual `(m,)`; none where these are not finite or the residual does not depend on anything."""
+    """The step for columns `(m, n)` and a residual `(m,)`; an unknown whose column is 0 or not finite stays, all where the residual is not finite."""
     with np.errstate(over="ignore"):
         scale = np.sqrt(np.sum(columns**2, axis=0))
-    seen = scale > 1e-140
-    if not (seen.any() and np.all(np.isfinite(scale)) and np.all(np.isfinite(residual))):
+    seen = (scale > 1e-140) & np.isfinite(scale)
+    if not (seen.any() and np.all(np.isfinite(residual))):
         return _Step(np.zeros((0, len(scale))), np.zeros(0), np.zeros(0))
     u, size, v = np.linalg.svd(columns[:, seen] / scale[seen], full_matrices=False)
     kept = size > 1e-9 * size[0]
@@ -150,7 +150,9 @@ def _early_runs(
     return found
 
 
-def initial_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None = None) -> Simulating[np.ndarray]:
+def initial_states(
+    problem: Problem, theta: np.ndarray, start: np.ndarray | None = None, logs: np.ndarray | None = None
+) -> Simulating[np.ndarray]:
     """Initial state of each log: least squares over its first 0.5 s, every log by itself.
 
     Nothing after the first 0.5 s is simulated.
@@ -159,39 +161,70 @@ def initial_states(problem: Problem, theta: np.ndarray, start: np.ndarray | None
         problem: Logs and structure.
         theta: Parameter vector `(t,)` [SI].
         start: Initial states `(l, n)` [SI] where the search begins; the problem's own without it.
+        logs: Numbers of the logs whose initial states are sought; all without it.
 
     Yields:
         Free runs to simulate.
 
     Returns:
-        Initial states `(l, n)` [SI]; known entries, and logs without readings there, are those of `start`.
+        Initial states `(l, n)` [SI]; known entries, and logs without readings there or not sought, are those of `start`.
     """
     start = (problem.start if start is None else start).copy()
-    logs = np.flatnonzero(problem.start_free.any(axis=1) & problem.start_only.batch.weight.any(axis=(1, 2, 3)))
-    here = (yield from _early_runs(problem, theta, start, logs)) if len(logs) else {}
+    sought = problem.start_free.any(axis=1) & problem.start_only.batch.weight.any(axis=(1, 2, 3))
+    wanted = np.array([log for log in (range(len(start)) if logs is None else logs) if sought[log]], int)
+    here = (yield from _early_runs(problem, theta, start, wanted)) if len(wanted) else {}
     damped: set[int] = set()
     for _ in range(MOST_STEPS):
         here = {log: one for log, one in here.items() if one.step.foretold > LEAST_FORETOLD * max(one.square, 1.0)}
-        whole, tried = [log for log in here if log not in damped], dict[int, _Early]()
-        trial = _moved(problem, start, {log: here[log] for log in whole}, 0.0)
+        if not here:
+            break
+        whole = {log: one for log, one in here.items() if log not in damped}
+        trial, tried = _moved(problem, start, whole, 0.0), dict[int, _Early]()
         if whole:
-            tried = yield from _early_runs(problem, theta, trial, np.array(whole))
+            tried = yield from _early_runs(problem, theta, trial, np.array([*whole]))
             damped |= {log for log in whole if not tried[log].square < here[log].square}
-        if again := [log for log in here if log in damped]:
-            trials = [_moved(problem, start, {log: here[log] for log in again}, damping) for damping in DAMPINGS]
-            _, square = yield from _residuals(problem, theta, trials, np.array(again))
-            for log, best in zip(again, np.argmin(square, axis=0), strict=True):
-                trial[log] = trials[best][log]
-            tried |= yield from _early_runs(problem, theta, trial, np.array(again))
+        if again := {log: one for log, one in here.items() if log in damped}:
+            trial, found = yield from _by_dampings(problem, theta, start, trial, again)
+            tried |= found
         going_on = {}
         for log, before in here.items():
-            gain = before.square - tried[log].square
-            if gain > 0.0:
+            if log in tried and tried[log].square < before.square:
                 start[log] = trial[log]
-            if gain > LEAST_MADE * max(before.square, 1.0):
-                going_on[log] = tried[log]
+                if before.square - tried[log].square > LEAST_MADE * max(before.square, 1.0):
+                    going_on[log] = tried[log]
         here = going_on
     return start
+
+
+def _by_dampings(
+    problem: Problem, theta: np.ndarray, start: np.ndarray, trial: np.ndarray, those: dict[int, _Early]
+) -> Simulating[tuple[np.ndarray, dict[int, _Early]]]:
+    """Trial states with those of some logs moved by the best of all dampings, and the runs from there of the logs that gain."""
+    logs, trial = np.array([*those]), trial.copy()
+    trials = [_moved(problem, start, those, damping) for damping in DAMPINGS]
+    _, square = yield from _residuals(problem, theta, trials, logs)
+    for k, log in enumerate(logs):
+        trial[log] = trials[int(np.argmin(square[:, k]))][log]
+    gains = [log for k, log in enumerate(logs) if square[:, k].min() < those[log].square]
+    return trial, ((yield from _early_runs(problem, theta, trial, np.array(gains))) if gains else {})
+
+
+def initial_states_by_rule(problem: Problem, theta: np.ndarray, start: np.ndarray) -> Simulating[np.ndarray]:
+    """Initial states, anew for the logs that the problem takes from their first 0.5 s.
+
+    Args:
+        problem: Logs and structure.
+        theta: Parameter vector `(t,)` [SI].
+        start: Initial states `(l, n)` [SI] where the search begins.
+
+    Yields:
+        Free runs to simulate.
+
+    Returns:
+        Initial states `(l, n)` [SI].
+    """
+    logs = np.flatnonzero(problem.initial_state_from_start)
+    return (yield from initial_states(problem, theta, start, logs)) if len(logs) else start
 
 
 def _moved(problem: Problem, start: np.ndarray, those: dict[int, _Early], damping: float) -> np.ndarray:

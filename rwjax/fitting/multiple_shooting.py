@@ -21,7 +21,7 @@ import numpy as np
 from rwjax.fitting.batched_runs import by_itself
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import LARGEST_DAMPING, gauss_newton_step
-from rwjax.fitting.initial_state import initial_states
+from rwjax.fitting.initial_state import initial_states_by_rule
 from rwjax.fitting.problem import Problem
 from rwjax.fitting.sensitivities import run_costs, sensitivities
 from rwjax.rig.tied import completed
@@ -96,10 +96,7 @@ class _Run(NamedTuple):
 
 def _run(problem: Problem, theta: np.ndarray, start: np.ndarray) -> _Run:
     """Free run, initial states from the first 0.5 s where the problem says so; `start` is where their search begins."""
-    if problem.initial_state_from_start.any():
-        from_start = problem.initial_state_from_start[:, None]
-        alone = replace(problem, start_free=problem.start_free & from_start)
-        start = np.where(from_start, by_itself(initial_states(alone, theta, start)), start)
+    start = by_itself(initial_states_by_rule(problem, theta, start))
     cost, nodes = run_costs(problem, theta, start)
     return _Run(theta, start, float(np.sum(cost)) + problem.prior_cost(theta)[0], nodes)
 

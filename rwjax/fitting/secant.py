@@ -13,11 +13,7 @@ import numpy as np
 from rwjax.fitting.batched_runs import Simulating, Wanted
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import gauss_newton_steps
-from rwjax.fitting.initial_state import (
-    initial_states,
-    linearised_initial_states,
-    moved_starts,
-)
+from rwjax.fitting.initial_state import initial_states_by_rule, linearised_initial_states, moved_starts
 from rwjax.fitting.multiple_shooting import Fit
 from rwjax.fitting.problem import Problem
 from rwjax.simulation.shooting import Evaluation
@@ -185,9 +181,7 @@ def with_residual(here: Fit) -> Simulating[Fit]:
         The point with its residual and cost.
     """
     problem, theta, start = here.problem, here.coordinates.clip(here.theta), here.start
-    if problem.initial_state_from_start.any():
-        from_start = yield from initial_states(problem, theta, start)
-        start = np.where(problem.initial_state_from_start[:, None], from_start, start)
+    start = yield from initial_states_by_rule(problem, theta, start)
     residual = (yield from residuals(problem, [theta], [start]))[0]
     return search_point(problem, here.coordinates, theta, start, residual)
 

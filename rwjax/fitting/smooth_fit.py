@@ -13,7 +13,7 @@ import numpy as np
 from rwjax.fitting.batched_runs import by_itself
 from rwjax.fitting.coordinates import Coordinates
 from rwjax.fitting.gauss_newton import initial_state_normal, initial_state_response
-from rwjax.fitting.initial_state import initial_states
+from rwjax.fitting.initial_state import initial_states_by_rule
 from rwjax.fitting.initial_state_from_start import is_complete
 from rwjax.fitting.multiple_shooting import Fit, reaches_noise
 from rwjax.fitting.optimise import Optimum, Unknowns, optimise
@@ -104,13 +104,13 @@ def _settled(problem: Problem, c: Coordinates, here: "_Found", progress: Callabl
     converged, steps = False, here.steps
     for k in range(ROUNDS):
         progress(_stage_words(len(STAGES) - 1, f", search {k + 1} of {ROUNDS} at most"))
-        start = _by_start_rule(problem, here)
+        start = by_itself(initial_states_by_rule(problem, here.theta, here.start))
         before = _cost(problem, here.theta, start)
         here = _best(problem, [_unknowns(problem, c, here.theta, start)], FINE)
         steps += here.steps
         if converged := bool(before - here.cost <= LEAST_GAIN * before):
             break
-    start = _by_start_rule(problem, here)
+    start = by_itself(initial_states_by_rule(problem, here.theta, here.start))
     cost, e = _evaluated(problem, c, here.theta, start)
     return Fit(problem, c, here.theta, start, cost, e, bool(converged and np.isfinite(cost)), steps)
 
@@ -133,14 +133,6 @@ def refits(fitted: Fit, problems: Sequence[Problem]) -> np.ndarray:
         theta = _searched(filled, [start] * TOGETHER, FINE).theta
         found.append(theta[: len(drawn), fitted.coordinates.index])
     return np.concatenate(found)
-
-
-def _by_start_rule(problem: Problem, here: "_Found") -> np.ndarray:
-    """Initial states `(l, n)` [SI], those that are taken from the start of their run estimated anew."""
-    from_start = problem.initial_state_from_start[:, None]
-    if not from_start.any():
-        return here.start
-    return np.where(from_start, by_itself(initial_states(problem, here.theta, here.start)), here.start)
 
 
 def _of_width(problem: Problem, factor: float) -> Problem:

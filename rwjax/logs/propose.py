@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rwjax.errors import LogError
-from rwjax.kinds import THESIS_COLUMNS, encoder_section
+from rwjax.kinds import ONE_AXIS, THESIS_COLUMNS, encoder_section
 from rwjax.logs.sheet import Sheet
 from rwjax.rig.columns import COLUMNS, COMMANDS, columns_of
 
@@ -33,6 +33,8 @@ UNITS = (
 """Words of a column's name, and the unit that they mean; the first that is there counts."""
 PITCH = ("pitch", "tilt", "roll")
 """Words of an axis that is not yaw: of a rig with one axis it is the axis, which rwjax calls yaw, where no other column is."""
+YAW = "yaw|heading|psi|azimuth"
+"""Words of the axis that rwjax calls yaw."""
 WORDS = (
     ("time_s", r"t|time\w*|zeit|timestamp|millis|micros|clock|ms|us|sec\w*"),
     ("goal_rad", r"goal\w*|setpoint|set_?point|target\w*|ref\w*|desired|soll\w*"),
@@ -62,7 +64,7 @@ NO_THROTTLE = rf"throttle[\W_]*(?!({OF_THROTTLE})(?![a-z]))[a-z]"
 """Names of something else about a throttle, such as its temperature."""
 TEMPERATURE = r"\w*temp(eratur\w*)?\d*|\w+temps|thermistor|ntc|celsius|°c|degc"
 """Words of a temperature, which is no quantity of a rig, whatever it is of; `temps` alone is a time in French."""
-COUNTS_IN_TIME = r"(counts?|ticks?|cnt)[\W_]+(per[\W_]+)?(s|sec|second)\W*$"
+COUNTS_IN_TIME = r"(^|[\W_])(counts?|ticks?|cnt)(_s|\s*/\s*s(ec)?|[\W_]per[\W_]s(ec)?)\W*$"
 """The end of the name of a rate in counts, of which nothing is known."""
 JOINT = r"joint[\W_]*\d*([\W_]*(rad|deg)\W*)?"
 """Names of a joint's angle that say no more than whose it is; without a unit they may be the joint's number as well."""
@@ -193,7 +195,8 @@ def proposed(sheet: Sheet, kind: str, supply: float | None = None) -> dict[str, 
     found: dict[str, Proposal] = {}
     if [*sheet.names] == [*THESIS_COLUMNS]:  # whose columns are not said by rwjax's names
         return found
-    for column in sorted(sheet.names, key=lambda name: (_may_be_number(name), _of_pitch(name))):
+    names = [column for column in sheet.names if column not in _of_other_axes(sheet, kind)]
+    for column in sorted(names, key=_may_be_number):
         values = _values(sheet, column)
         one = _guess(column, values, kind, supply) if values is not None else _dated(sheet, column)
         if one is not None and not (_may_be_number(column) and _is_number(one, values, found)):
@@ -259,9 +262,16 @@ def _may_be_number(column: str) -> bool:
     return bool(re.fullmatch(JOINT, column.lower())) and not unit_by_name(column)
 
 
-def _of_pitch(column: str) -> bool:
-    """Whether a column's name says an axis other than yaw."""
-    return any(word in _parts(column) for word in PITCH)
+def _of_other_axes(sheet: Sheet, kind: str) -> list[str]:
+    """Columns of a motion about another axis than the one of the rig: yaw, or that of the first word of `PITCH` where no angle is of yaw."""
+    if kind not in ONE_AXIS:
+        return []
+    means = {column: _meaning(column, [part for part in _parts(column) if part]) for column in sheet.names}
+    axis = {c: next((w for w in PITCH if w in _parts(c)), "") for c in sheet.names if means[c] in ("angle", "rate")}
+    own = [c for c in axis if not axis[c] and not any(re.fullmatch(WHEEL, part) for part in _parts(c))]
+    of_yaw = [c for c in own if means[c] == "angle" or any(re.fullmatch(YAW, part) for part in _parts(c))]
+    first = "" if of_yaw else next(filter(None, axis.values()), "")
+    return [column for column, word in axis.items() if word and word != first]
 
 
 def _is_number(one: Proposal, values: np.ndarray | None, found: Collection[str]) -> bool:
@@ -289,7 +299,13 @@ def _values(sheet: Sheet, column: str, dates: Sequence[str] = ()) -> np.ndarray 
 def _parts(column: str) -> list[str]:
     """The words of a column's name, units with a stroke among them, the last first."""
     small = column.lower()
-    return [*re.findall(r"[\[(]([^\[(\])]*)[\])]", small), *reversed(re.split(r"[\s_\-.\[\]()]+", small)), small]
+    rates = re.findall(r"(?:^|[\W_])((?:rad|deg)_s)$", small)
+    return [
+        *rates,
+        *re.findall(r"[\[(]([^\[(\])]*)[\])]", small),
+        *reversed(re.split(r"[\s_\-.\[\]()]+", small)),
+        small,
+    ]
 
 
 def unit_by_name(column: str) -> str:
@@ -316,7 +332,7 @@ def _meaning(column: str, parts: Sequence[str]) -> str:
     means = [word for word, pattern in WORDS if any(re.fullmatch(pattern, part) for part in parts)]
     in_rates = unit_by_name(column) in RATES
     agreed = [word for word in means if not _ends_otherwise(column, QUANTITIES.get(word))]
-    if means[:1] == ["voltage_V"] and in_rates:
+    if in_rates and means[:1] in (["voltage_V"], ["angle"]):
         agreed = ["rate"]
     if agreed[:1] != ["time_s"] and ("goal_rad" in means or DESIRED in parts):
         return _asked_for([word for word in agreed if word != "goal_rad"], "goal_rad" in agreed)
@@ -344,8 +360,6 @@ def _guess(column: str, values: np.ndarray, kind: str, supply: float | None) -> 
     valid, parts = columns_of(kind), [part for part in _parts(column) if part]
     if column in valid:
         return Proposal(column, f"{column} = {json.dumps(column)}", column)
-    if column in COLUMNS and (name := column.replace("pitch", "yaw")) in valid:
-        return _line(name, column, "")
     if "command_Nm" in valid and is_commanded_torque(column):
         return _line("command_Nm", column, "", "N m at the joint: right?")
     means, unit = _meaning(column, parts), unit_by_name(column)

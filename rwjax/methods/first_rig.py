@@ -241,7 +241,7 @@ def check_columns(sheet: Sheet, kind: str) -> None:
             logs in the thesis's layout, or of a rig with two axes.
     """
     second = [name for name in sheet.names if name in OF_TWO_AXES]
-    one_axis = all(name.startswith("pitch") for name in second) and "yaw_rad" not in sheet.names
+    one_axis = all(name.startswith("pitch") for name in second) and not any(n.startswith("yaw") for n in sheet.names)
     if second and one_axis and sheet.notes.get(LAYOUT[0]) == LAYOUT[1]:
         calls = ", ".join(f"`{name.replace('pitch', 'yaw')}` for `{name}`" for name in second)
         raise LogError(f"{sheet.where(None)}: `init` writes rigs with one axis, which is called yaw: write {calls}")

@@ -32,17 +32,17 @@ NEARLY = 0.02
 """Share by which a step may exceed the longest one [1]: by as much a logger's samples may be further apart than it says."""
 MOST_STEPS = 5_000_000
 """Most steps of one log: three hours at 400 Hz."""
-LEAST_WINDOWS, LEAST_SAMPLES = 4, 16
-"""Windows of a log, and samples of its command, for which arrays have room at the least [1]: segments have few windows, and empty ones take time."""
+FEW_WINDOWS = (4, 8)
+"""Windows for which arrays have room besides [1]: a segment has few, and empty ones take time."""
 LONGEST_RUN = 3
 """Samples in a row at one count that still count as so many readings."""
 
 
-def _padded(n: int, least: int) -> int:
-    """Next of few sizes, multiples of the least one, so that logs of similar length share one compiled program."""
-    size = least
+def _padded(n: int) -> int:
+    """Next of few sizes, so that logs of similar length share one compiled program."""
+    size = 16
     while size < n:
-        size += max(least, size // 4) // least * least
+        size += max(16, size // 4) // 16 * 16
     return size
 
 
@@ -140,20 +140,15 @@ def _grid_of(structure: Structure, logs: Sequence[Log], refine: int) -> _Grid:
         per_window *= 2
     per_window *= refine
     overlap = int(np.ceil(structure.longest_encoder_delay / min(h for h, _ in grids) - 1e-9))
-    return _Grid(
-        [h for h, _ in grids],
-        [n for _, n in grids],
-        per_window,
-        _padded(-(-longest // per_window), LEAST_WINDOWS),
-        overlap,
-    )
+    needed = -(-longest // per_window)
+    windows = next((few for few in FEW_WINDOWS if few >= needed), _padded(needed))
+    return _Grid([h for h, _ in grids], [n for _, n in grids], per_window, windows, overlap)
 
 
 def _commands(logs: Sequence[Log], grid: _Grid) -> tuple[np.ndarray, np.ndarray]:
     """`t_command` and `u_command` of a batch: after its last sample a log's last command is held."""
     recent = [_recent(log) for log in logs]
-    longest = max(len(log.time) + len(before) for log, (before, _) in zip(logs, recent, strict=True))
-    samples = _padded(longest, LEAST_SAMPLES)
+    samples = _padded(max(len(log.time) + len(before) for log, (before, _) in zip(logs, recent, strict=True)))
     t_command = np.zeros((len(logs), samples + 1))
     u_command = np.zeros((len(logs), samples, *logs[0].command.shape[1:]))
     for k, (log, (before, earlier)) in enumerate(zip(logs, recent, strict=True)):

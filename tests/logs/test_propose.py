@@ -95,6 +95,8 @@ K = np.arange(100.0)
         ("pitch_rad_s", 0.01 * K, 'yaw_rad_s = "pitch_rad_s"'),
         ("tilt_deg", K, 'yaw_rad = { column = "tilt_deg", unit = "deg" }'),
         ("pitch_rate_est_rad_s", 0.01 * K, 'yaw_rad_s = "pitch_rate_est_rad_s"'),
+        ("tilt_deg_s", K, 'yaw_rad_s = { column = "tilt_deg_s", unit = "deg/s" }'),
+        ("pitch_counts", K, 'yaw_counts = "pitch_counts"   # needs [encoder] counts_per_rev'),
         ("tach_counts_s", K, "# passed over: tach_counts_s"),
         ("encoder counts/s", K, "# passed over: encoder counts/s"),
     ],
@@ -179,12 +181,24 @@ def test_beside_an_angle_its_counts_are_passed_over() -> None:
     assert "yaw_counts" not in section and section.endswith("# passed over: ticks")
 
 
-def test_another_axis_is_the_one_axis_where_no_column_is_of_yaw() -> None:
-    t = 0.01 * np.arange(50)
-    alone = {"time_s": t, "voltage_V": t, "roll_deg": 2.0 * t}
-    assert proposed(ArraySheet("run", {}, [*alone], alone), "joint")["yaw_rad"].column == "roll_deg"
-    both = alone | {"heading_angle_rad": t}
-    assert proposed(ArraySheet("run", {}, [*both], both), "joint")["yaw_rad"].column == "heading_angle_rad"
+@pytest.mark.parametrize(
+    ("columns", "taken"),
+    [
+        ("roll_deg", {"yaw_rad": "roll_deg"}),
+        ("roll_deg pitch_deg pitch_rate_dps", {"yaw_rad": "roll_deg"}),
+        ("pitch_rad gyro_x_raw pitch_rate_rad_s", {"yaw_rad": "pitch_rad", "yaw_rad_s": "pitch_rate_rad_s"}),
+        ("tilt_rad_s speed", {"yaw_rad_s": "tilt_rad_s"}),
+        ("roll_deg heading_angle_rad", {"yaw_rad": "heading_angle_rad"}),
+        ("pitch_rad_s heading_angle_rad", {"yaw_rad": "heading_angle_rad"}),
+        ("pitch_rad yaw_rad_s", {"yaw_rad_s": "yaw_rad_s"}),
+        ("yaw_rate pitch_rate_dps", {"yaw_rad_s": "yaw_rate"}),
+        ("wheel_rad pitch_rad", {"wheel_rad": "wheel_rad", "yaw_rad": "pitch_rad"}),
+    ],
+)
+def test_one_axis_is_taken_yaw_before_any_other(columns: str, taken: dict[str, str]) -> None:
+    table = {"time_s": 0.01 * K, "voltage_V": 0.1 * K} | {name: 0.01 * K for name in columns.split()}
+    found = proposed(ArraySheet("run", {}, [*table], table), "reaction" if "wheel" in columns else "joint")
+    assert {name: one.column for name, one in found.items() if name not in ("time_s", "voltage_V")} == taken
 
 
 def test_of_two_rates_the_one_with_a_unit_is_taken() -> None:

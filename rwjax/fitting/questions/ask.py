@@ -66,9 +66,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     outputs = problem.structure.outputs
     if leap := [Question(f"{log.name}: {says}") for log in _read(problem) for says in leaping(log, outputs)]:
         return [*dropped, *leap]  # behind which no free run is near
-    read, sizes = _read(problem), problem.structure.unsigned
-    if contradicted := about_servos(read, sizes):  # no simulation tells more of readings that contradict one another
-        return [*dropped, *contradicted]
+    if contradicted := about_servos(_read(problem), problem.structure.unsigned):
+        return [*dropped, *contradicted]  # no simulation tells more of readings that contradict one another
     runs = _free_runs(problem, theta, problem.batch, problem.start)
     if unsigned := about_lost_signs(runs):
         problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
@@ -88,7 +87,11 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         return [*dropped, *unsigned.values(), *degrees]
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
     asked = [*readings, *clocks, *steps, *about_other_runs(runs, explained)]
-    return [*dropped, *unsigned.values(), *(asked or about_rates(read, sizes))]  # a clock shows in a rate, too
+    return [
+        *dropped,
+        *unsigned.values(),
+        *(asked or about_rates(_read(problem), problem.structure.unsigned)),
+    ]  # a clock shows in a rate, too
 
 
 def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:

@@ -14,14 +14,15 @@ from rwjax.logs.log import Log
 
 DEGREES, TURN, PER_MINUTE = 180.0 / np.pi, 2.0 * np.pi, np.pi / 30.0
 """Degrees in a radian; radians in a turn; what one turn per minute is in rad/s [1, rad, rad/s]."""
-BY_DEGREES, BY_TURNS = 1.6, 1.03
-"""Factors by which an angle may differ besides from what its rate says in another unit: those of degrees are far from all others [1]."""
+FAR, NEAR = 1.6, 1.03
+"""Factors by which an angle may differ besides from what its rate says in another unit: where no other mistake is near, and of turns per minute, which
+are nearly the tenth of a clock that goes ten times too fast [1]."""
 MISTAKES = {
-    DEGREES: (BY_DEGREES, "is {angle} in degrees, or is {rate} in rad/s already?"),
-    1.0 / DEGREES: (BY_DEGREES, "is {rate} in degrees per second, or is {angle} in radians already?"),
-    1.0 / TURN: (BY_TURNS, "is {angle} in turns?"),
-    TURN: (BY_TURNS, "is {rate} in turns per second?"),
-    PER_MINUTE: (BY_TURNS, "is {rate} in turns per minute?"),
+    DEGREES: (FAR, "is {angle} in degrees, or is {rate} in rad/s already?"),
+    1.0 / DEGREES: (FAR, "is {rate} in degrees per second, or is {angle} in radians already?"),
+    PER_MINUTE: (NEAR, "is {rate} in turns per minute?"),
+    1.0 / TURN: (1.2, "is {angle} in turns?"),
+    TURN: (FAR, "is {rate} in turns per second?"),
 }
 """Such a factor, and what is asked, by how many times as far as its rate says an angle moves."""
 
@@ -43,7 +44,7 @@ def about_rates(logs: Sequence[Log], unsigned: Collection[str] = ()) -> list[Que
         if log.input == GOAL:
             continue
         for angle in filter(is_angle, log.outputs):
-            if f"{angle}_s" not in unsigned and (times := times_the_way(log, angle, _mistake)) is not None:
+            if not {angle, f"{angle}_s"} & {*unsigned} and (times := times_the_way(log, angle, _mistake)) is not None:
                 odd.setdefault((angle, times), []).append(log)
     return [_question(names_of(those), angle, times) for (angle, times), those in odd.items()]
 
@@ -57,18 +58,20 @@ def times_the_way(log: Log, angle: str, mistake: Callable[[float], float | None]
         mistake: Which mistake a factor tells, None for none.
 
     Returns:
-        The factor of the mistake [1]; None where the rate may be right, is not there, or never turns its sign.
+        The factor of the mistake [1]; None where the rate may be right, is not there, or may be a size without its sign.
     """
     rate = log.outputs.get(f"{angle}_s", np.full(1, np.nan))
     seen = np.isfinite(rate)
-    if not seen.any() or np.min(rate[seen]) >= 0.0:  # it may be the size alone
+    if not seen.any():
         return None
     speed = np.interp(log.time, log.time[seen], rate[seen])
     way = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(log.time)))
     found = likeness(Run(replace(log, outputs={angle: log.outputs[angle]}), {angle: way}), angle)
     if abs(found.correlation) < ALIKE:
         return None
-    return -1.0 if found.times < 0.0 else mistake(found.times)
+    if found.times < 0.0:
+        return -1.0 if np.min(rate[seen]) < 0.0 else None  # else it may be the size alone
+    return mistake(found.times)
 
 
 def _mistake(times: float) -> float | None:

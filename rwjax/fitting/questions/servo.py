@@ -8,22 +8,18 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 
 from rwjax.fitting.questions.likeness import Question, names_of
-from rwjax.fitting.questions.rates import times_the_way
+from rwjax.fitting.questions.rates import DEGREES, FAR, times_the_way
 from rwjax.kinds import GOAL
 from rwjax.logs.log import Log
 
 POSITION, SPEED = "yaw_rad", "yaw_rad_s"
 """What a goal is about, and its rate."""
-DEGREES = 180.0 / np.pi
-"""Degrees in a radian [1]."""
 TIMES = (DEGREES, 1.0 / DEGREES, -1.0)
 """Position as a multiple of what it should be, by a mistake [1]."""
 NEAR, NEARER = 0.5, 0.5
 """Distance from the goal, as a share of the goal's own motion and of the distance as logged, below which a position follows it [1]."""
 RESTED = 0.5
 """Time after which a position has come to a goal that stays the same [s]."""
-ABOUT = 1.6
-"""Factor by which a logged speed may be wrong besides [1]."""
 
 
 def about_servos(logs: Sequence[Log], unsigned: Collection[str] = ()) -> list[Question]:
@@ -90,7 +86,7 @@ def _times_the_goal(log: Log) -> float | None:
 
 def _mistake(times: float) -> float | None:
     """The mistake that a factor between a position's changes and its logged speed tells."""
-    return _first(lambda known: 1.0 / ABOUT < times / known < ABOUT)
+    return _first(lambda known: 1.0 / FAR < times / known < FAR)
 
 
 def _first(holds: Callable[[float], bool]) -> float | None:

@@ -71,6 +71,17 @@ def test_a_rate_that_follows_nothing_or_has_lost_its_sign_is_not() -> None:
     assert about_rates([replace(log, outputs={"yaw_rad": log.outputs["yaw_rad"]})]) == []
 
 
+def test_a_run_in_one_direction_is_asked_about_its_unit_and_not_its_sign() -> None:
+    run_up = record(TIME, PUSH, {"yaw_rad": 0.5 * TIME**2, "yaw_rad_s": TIME})
+    for way in (1.0, -1.0):
+        (question,) = about_rates([wrong(run_up, way, way * DEGREES)])
+        assert "is yaw_rad_s in degrees per second" in question
+    assert about_rates([wrong(run_up, -1.0)]) == []  # the size of a rate, as one hall sensor tells it
+    wheel = replace(run_up, outputs={"wheel_rad": 0.5 * TIME**2, "wheel_rad_s": TIME * 30.0 / np.pi})
+    (question,) = about_rates([wheel])
+    assert "is wheel_rad_s in turns per minute?" in question
+
+
 def test_logs_with_one_mistake_are_one_question_and_holes_are_borne() -> None:
     log = wrong(measured(), 1.0, DEGREES)
     holey = {name: np.where(np.arange(len(TIME)) % 7 == 3, np.nan, y) for name, y in log.outputs.items()}
