@@ -76,9 +76,10 @@ def remarks(
 
 
 def _far_from_the_file(rig: Rig, named: Fit, far: float) -> list[str]:
-    """The remark on free numbers that are far from the rig file's beside what is named, the farthest first."""
+    """The remark on free numbers that are far from the rig file's beside what is named, the farthest first; a guess says nothing."""
     numbers, said = named.numbers(), rig.values
-    times = {name: numbers[name] / said[name] for name in rig.free if name in numbers and said.get(name, 0.0) > 0.0}
+    known = [name for name in rig.free if name in numbers and name not in rig.guessed and said.get(name, 0.0) > 0.0]
+    times = {name: numbers[name] / said[name] for name in known}
     away = {name: x for name, x in times.items() if x > 0.0 and not 1.0 / far <= x <= far}
     if not away:
         return []

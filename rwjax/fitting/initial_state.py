@@ -161,7 +161,7 @@ def initial_states(
         problem: Logs and structure.
         theta: Parameter vector `(t,)` [SI].
         start: Initial states `(l, n)` [SI] where the search begins; the problem's own without it.
-        logs: Numbers of the logs whose initial states are sought; all without it.
+        logs: Numbers of the logs whose initial states are sought [1]; all without it.
 
     Yields:
         Free runs to simulate.

@@ -20,6 +20,8 @@ LONGEST_GAP, LONGEST_RUN = 600.0, 25_000.0
 """Longest time without a sample, and longest run [s]: seven hours."""
 LATEST = 1e10
 """Latest time that a clock shows [s]: in s since 1970, the year 2286."""
+OTHER_TIMES = 'say a unit under [columns], such as `time_s = { column = "NAME", unit = "ms" }`'
+"""What to do about a time that is not in seconds."""
 THESIS_SAMPLE_S = 0.01
 """Time between rows of the thesis's layout [s] (thesis, listing A.2)."""
 
@@ -67,7 +69,7 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
         row = int(far[0])
         raise sheet.error(
             row,
-            f"{sheet.called('time_s')} is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): in seconds? `rwjax import` reads milliseconds and other units",
+            f"{sheet.called('time_s')} is {time[row]:.10g}; a clock shows {LATEST:g} s at most (1.8e+09 since 1970): in seconds? {OTHER_TIMES}",
         )
     step = np.diff(time)
     if len(late := np.flatnonzero(step <= 0.0)):
@@ -89,8 +91,7 @@ def _check_time(sheet: Sheet, time: np.ndarray) -> None:
         needed = f"every {SLOWEST:g} s at least" if interval > SLOWEST else f"every {FASTEST:g} s at most"
         raise sheet.error(
             None,
-            f"{sheet.called('time_s')} has a sample every {interval:.4g} s; a rig needs one {needed}: in seconds? `rwjax import` "
-            "reads milliseconds and other units",
+            f"{sheet.called('time_s')} has a sample every {interval:.4g} s; a rig needs one {needed}: in seconds? {OTHER_TIMES}",
         )
     widest = int(np.argmax(step))
     if step[widest] > LONGEST_GAP:

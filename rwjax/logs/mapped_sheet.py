@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rwjax.errors import alike, nearest
+from rwjax.logs.propose import is_asked_for
 from rwjax.logs.sheet import Sheet
 from rwjax.rig.columns import COMMANDS
 from rwjax.rig.columns_section import Source
@@ -109,6 +110,8 @@ def mapped(
         if name in held or (commanded and name in COMMANDS and name not in own):
             continue
         found = ", ".join(f"`{each}`" for each in sheet.names[:30])
-        near = f", nearest `{nearest(source.column, sheet.names)}`" if alike(source.column, sheet.names) else ""
+        used = {other.column for other in sources.values()}
+        free = [each for each in sheet.names if each not in used and (name in COMMANDS or not is_asked_for(each))]
+        near = f", nearest `{nearest(source.column, free)}`" if alike(source.column, free) else ""
         raise sheet.error(None, f"no column `{source.column}`, which [columns] names for `{name}`; found {found}{near}")
     return MappedSheet(sheet.path, sheet.notes, [name for name in valid if name in given], sheet, held)

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -146,8 +147,18 @@ def proposal(sheet: Sheet, kind: str, without: Collection[str] = (), supply: flo
     missing += [] if any(name in COLUMNS for name in found) else [_no_reading(kind)]
     lines = [found[name].line for name in columns_of(kind) if name in found]
     rest = [column for column in other if column not in beside]
-    passed = [f"# passed over: {', '.join(rest)}"] if rest else []
+    passed = [f"# passed over: {', '.join(map(partial(_with_text, sheet), rest))}"] if rest else []
     return "\n".join(["[columns]", *lines, *missing, *beside.values(), *passed])
+
+
+def _with_text(sheet: Sheet, column: str) -> str:
+    """A column's name, and the first value that is no number where the name means a quantity."""
+    if _meaning(column, [part for part in _parts(column) if part]):
+        try:
+            sheet.numbers([column])
+        except LogError as bad:
+            return f"{column} ({bad})"
+    return column
 
 
 def _other_commands(sheet: Sheet, kind: str, found: Mapping[str, Proposal], other: Sequence[str]) -> dict[str, str]:
@@ -243,6 +254,18 @@ def is_commanded_torque(column: str) -> bool:
     """
     words = re.split(r"[\W_]+", column.lower())
     return all(any(re.fullmatch(pattern, word) for word in words) for pattern in (TORQUE, ASKED_FOR))
+
+
+def is_asked_for(column: str) -> bool:
+    """Whether a column is of what is asked for, by its name, and so no reading.
+
+    Args:
+        column: The column's name.
+
+    Returns:
+        True where a word of it is one of commands, goals or references.
+    """
+    return any(re.fullmatch(rf"{ASKED_FOR}|goal\w*", word) for word in re.split(r"[\W_]+", column.lower()))
 
 
 def is_temperature(column: str) -> bool:

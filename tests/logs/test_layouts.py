@@ -55,7 +55,7 @@ MALFORMED = [
     ),
     (
         changed(11, "1e308,1,1"),
-        ":13: `time_s` is 1e+308; a clock shows 1e+10 s at most (1.8e+09 since 1970): in seconds? `rwjax import` reads",
+        ":13: `time_s` is 1e+308; a clock shows 1e+10 s at most (1.8e+09 since 1970): in seconds? say a unit under [columns]",
     ),
     (
         [HEADER, *(f"{k}e-300,0,{k}" for k in range(12))],

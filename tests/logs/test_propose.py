@@ -1,10 +1,13 @@
 """Proposed sections: names, units and values of columns as loggers write them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from rwjax.logs.array_sheet import ArraySheet
 from rwjax.logs.propose import description, is_temperature, proposal, proposed
+from rwjax.logs.read_sheet import read_sheet
 from rwjax.rig.read import parse_rig
 from tests.rig.texts import PLATFORM, WHEEL
 
@@ -199,6 +202,15 @@ def test_one_axis_is_taken_yaw_before_any_other(columns: str, taken: dict[str, s
     table = {"time_s": 0.01 * K, "voltage_V": 0.1 * K} | {name: 0.01 * K for name in columns.split()}
     found = proposed(ArraySheet("run", {}, [*table], table), "reaction" if "wheel" in columns else "joint")
     assert {name: one.column for name, one in found.items() if name not in ("time_s", "voltage_V")} == taken
+
+
+def test_the_text_for_which_a_column_is_passed_over_is_said(tmp_path: Path) -> None:
+    rows = [f"{0.01 * k},{k % 7},{'ERR' if k == 5 else k},idle" for k in range(50)]
+    (tmp_path / "run.csv").write_text("\n".join(["time_s,volts,angle_rad,mode", *rows]))
+    assert (
+        "run.csv:7: `angle_rad` is 'ERR'"
+        in proposal(read_sheet(tmp_path / "run.csv"), "platform").split("# passed over: ")[1]
+    )
 
 
 def test_of_two_rates_the_one_with_a_unit_is_taken() -> None:

@@ -1,4 +1,4 @@
-"""Questions about a logged rate that contradicts the change of its angle: in degrees or turns, per minute, or with the other sign.
+"""Questions about a logged rate that contradicts the change of its angle: in degrees or turns, per minute or millisecond, or with the other sign.
 
 An angle changes by the integral of its rate. No model is asked.
 """
@@ -23,6 +23,8 @@ MISTAKES = {
     PER_MINUTE: (NEAR, "is {rate} in turns per minute?"),
     1.0 / TURN: (1.2, "is {angle} in turns?"),
     TURN: (FAR, "is {rate} in turns per second?"),
+    1e-3: (FAR, "is time_s in milliseconds?"),
+    1e-6: (FAR, "is time_s in microseconds?"),
 }
 """Such a factor, and what is asked, by how many times as far as its rate says an angle moves."""
 

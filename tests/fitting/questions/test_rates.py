@@ -71,6 +71,13 @@ def test_a_rate_that_follows_nothing_or_has_lost_its_sign_is_not() -> None:
     assert about_rates([replace(log, outputs={"yaw_rad": log.outputs["yaw_rad"]})]) == []
 
 
+@pytest.mark.parametrize(("unit", "called"), [(1e3, "milli"), (1e6, "micro")])
+def test_a_time_in_a_smaller_unit_shows_in_a_rate(unit: float, called: str) -> None:
+    log = measured()
+    (question,) = about_rates([replace(log, time=unit * log.time)])
+    assert f"is time_s in {called}seconds?" in question
+
+
 def test_a_run_in_one_direction_is_asked_about_its_unit_and_not_its_sign() -> None:
     run_up = record(TIME, PUSH, {"yaw_rad": 0.5 * TIME**2, "yaw_rad_s": TIME})
     for way in (1.0, -1.0):
