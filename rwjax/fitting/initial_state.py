@@ -170,8 +170,8 @@ def initial_states(
         Initial states `(l, n)` [SI]; known entries, and logs without readings there or not sought, are those of `start`.
     """
     start = (problem.start if start is None else start).copy()
-    sought = problem.start_free.any(axis=1) & problem.start_only.batch.weight.any(axis=(1, 2, 3))
-    wanted = np.array([log for log in (range(len(start)) if logs is None else logs) if sought[log]], int)
+    told = problem.start_free.any(axis=1) & problem.start_only.batch.weight.any(axis=(1, 2, 3))
+    wanted = np.flatnonzero(told) if logs is None else np.intersect1d(np.flatnonzero(told), logs)
     here = (yield from _early_runs(problem, theta, start, wanted)) if len(wanted) else {}
     damped: set[int] = set()
     for _ in range(MOST_STEPS):
