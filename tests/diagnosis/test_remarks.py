@@ -9,6 +9,7 @@ from rwjax.diagnosis.remarks import remarks
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
 from rwjax.diagnosis.settings import RemarkSettings
 from rwjax.fitting.uncertainty import uncertainty
+from rwjax.rig.model import Rig
 from tests.diagnosis.simulated import TIME, fits_of, moved_to, true_log
 from tests.systems import platform, record, run
 
@@ -50,7 +51,7 @@ def test_numbers_far_from_the_files_beside_a_name_are_remarked_on_and_others_are
     base = fits(Hypothesis())
     SuccessiveHalving(fits).fit([named], Hypothesis())
 
-    def said(inertia: float, viscous: float) -> list[str]:
+    def said(inertia: float, viscous: float, rig: Rig = rig) -> list[str]:
         values = {"axis.inertia": rig.values["axis.inertia"] * inertia, "axis.friction.viscous": 0.02 * viscous}
         moved_to(fits, named, values)
         return [
@@ -64,6 +65,8 @@ def test_numbers_far_from_the_files_beside_a_name_are_remarked_on_and_others_are
         "with what is named, numbers are far from the rig file's: axis.friction.viscous (0.1 times), axis.inertia (6 times); "
         "where that cannot be, the name stands in for something else"
     ]
+    (known,) = said(6.0, 0.1, replace(rig, guessed=("axis.inertia",)))
+    assert "axis.friction.viscous (0.1 times); where" in known
 
 
 def test_a_dead_zone_between_two_commands_is_remarked_on() -> None:

@@ -45,6 +45,18 @@ def test_messages_name_the_files_own_column(tmp_path, before: str, after: str, m
         log_of(tmp_path, text().replace(before, after, 1))
 
 
+def test_what_is_asked_for_is_not_near_a_reading_that_is_missing(tmp_path) -> None:
+    rig = replace(RIG, sources=RIG.sources | {"yaw_rad": RIG.sources["yaw_rad"]._replace(column="shaft_angle")})
+    for column, near in (
+        ("shaft_angle_des", ""),
+        ("shaft_angle_cmd", ""),
+        ("shaft_angles", ", nearest `shaft_angles`"),
+    ):
+        with pytest.raises(LogError) as bad:
+            log_of(tmp_path, text().replace("angle", column, 1), rig)
+        assert str(bad.value).endswith(f"`state`{near}")
+
+
 def test_columns_under_rwjaxs_names_count_and_others_are_passed_over(tmp_path) -> None:
     content = text().replace("angle", "yaw_rad").replace("state", "current_A")
     log = log_of(tmp_path, content, replace(RIG, sources={n: s for n, s in RIG.sources.items() if n != "yaw_rad"}))

@@ -32,6 +32,14 @@ def test_slots_say_when_a_sample_was_taken() -> None:
     assert time[used] == pytest.approx(t - t[0], abs=1e-6 * LONGEST_STEP)
 
 
+@pytest.mark.parametrize(("needed", "room"), [(1, 4), (4, 4), (5, 8), (9, 16), (17, 32), (65, 80)])
+def test_arrays_have_room_for_few_numbers_of_windows(needed: int, room: int) -> None:
+    t = LONGEST_STEP * np.arange(32 * (needed - 1) + 2)
+    batch = lay_out(STRUCTURE, [record(t, np.zeros_like(t))], [{"yaw_rad": 1.0}])
+    assert len(batch.step_index) == 32 and batch.windows_of.max() == needed
+    assert batch.windows == room
+
+
 def test_rates_take_short_steps_and_angles_share_them() -> None:
     t = np.arange(1001) * 0.001
     log = record(t, np.zeros_like(t), {"yaw_rad": np.zeros_like(t)})

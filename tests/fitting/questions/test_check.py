@@ -17,6 +17,7 @@ def test_units_numbers_and_logs_are_looked_at() -> None:
     holey = replace(good, outputs={"yaw_rad": np.where(np.arange(len(U)) % 5 == 1, np.nan, good.outputs["yaw_rad"])})
     tied = replace(RIG, free=("drive.gain", "axis.inertia", "axis.friction.viscous", "axis.friction.coulomb"))
     assert [found.about for found in check(tied, [holey])] == ["readings", "numbers"]
+    assert {found.about for found in check(tied, [degrees])} == {"units"}  # what numbers it tells depends on the answer
 
 
 def test_a_drop_out_is_said_once() -> None:
