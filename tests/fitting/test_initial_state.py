@@ -1,5 +1,6 @@
 """Initial states from the first 0.5 s: against a second implementation, closed form, and along kinks."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,36 @@ def test_what_a_log_knows_of_its_start_stays() -> None:
     one = by_itself(initial_states(problem, theta, logs=np.array([1])))
     assert np.array_equal(np.delete(one, 1, axis=0), np.delete(problem.start, 1, axis=0))
     assert not np.array_equal(one[1], problem.start[1])
+
+
+def answered(problem: Problem, reading_of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """First states where another model answers: residuals of the slots in turn, by psi and w beyond the problem's own start."""
+    theta = theta_of(platform(), problem.structure)
+    search, early_part = initial_states(problem, theta), problem.start_only.batch
+    states = [problem.structure.states.index(name) for name in ("psi", "w")]
+    wanted = next(search)
+    while True:
+        by_psi, by_w = reading_of(wanted.start[:, wanted.logs][..., states] - problem.start[wanted.logs][:, states]).T
+        y = np.tile(early_part.reading[wanted.logs, : wanted.windows], (len(wanted.theta), 1, 1, 1, 1))
+        y[:, :, :, ::2] += by_psi.T[..., None, None, None]
+        y[:, :, :, 1::2] += by_w.T[..., None, None, None]
+        try:
+            wanted = search.send(y)
+        except StopIteration as end:
+            return end.value[:, states] - problem.start[:, states]
+
+
+def test_a_step_that_goes_too_far_is_damped() -> None:
+    found = answered(several(platform()), lambda beyond: np.arctan(8.0 * (beyond - 1.0)))
+    assert found == pytest.approx(1.0, abs=1e-3)  # a whole step from there lands some hundred times as far away
+
+
+def test_a_state_of_which_no_run_tells_stays_and_others_are_found() -> None:
+    def reading(beyond: np.ndarray) -> np.ndarray:
+        return np.where(beyond[..., :1] == 0.0, beyond - [0.0, 0.3], np.inf)  # every run with another psi fails
+
+    found = answered(several(platform()), reading)
+    assert np.all(found[:, 0] == 0.0) and found[:, 1] == pytest.approx(0.3, abs=1e-6)
 
 
 def test_numbers_far_off_leave_no_start_worse_than_it_was() -> None:
