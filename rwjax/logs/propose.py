@@ -33,7 +33,7 @@ UNITS = (
 )
 """Words of a column's name, and the unit that they mean; the first that is there counts."""
 PITCH = ("pitch", "tilt", "roll")
-"""Words of an axis that is not yaw: of a rig with one axis it is the axis, which rwjax calls yaw, where no other column is."""
+"""Words of axes that are not yaw. A rig with one axis has a single name for it, yaw: such an axis is taken for it where no column is of yaw."""
 YAW = "yaw|heading|psi|azimuth"
 """Words of the axis that rwjax calls yaw."""
 WORDS = (

@@ -87,11 +87,8 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         return [*dropped, *unsigned.values(), *degrees]
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
     asked = [*readings, *clocks, *steps, *about_other_runs(runs, explained)]
-    return [
-        *dropped,
-        *unsigned.values(),
-        *(asked or about_rates(_read(problem), problem.structure.unsigned)),
-    ]  # a clock shows in a rate, too
+    asked = asked or about_rates(_read(problem), problem.structure.unsigned)  # last, since a clock shows in a rate, too
+    return [*dropped, *unsigned.values(), *asked]
 
 
 def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:

@@ -26,6 +26,7 @@ def check(rig: Rig, logs: Sequence[Log]) -> list[Finding]:
     read = [log for log in logs if log.outputs]
     asked = questions(rig, read) if read else []
     train = [log for log in logs if not log.validate] or list(logs)
+    # of logs that may be in other units, nothing can be said of numbers
     told = [] if asked else about_numbers(rig, [without_dropouts(log, dropouts(log)) for log in train])
     return [
         *(Finding("", "units", str(question), "question") for question in asked),
@@ -33,6 +34,6 @@ def check(rig: Rig, logs: Sequence[Log]) -> list[Finding]:
         *(Finding("", "numbers", says, "guessed") for says in about_guesses(rig)),
         *(
             Finding("", "numbers", says, "nothing_told" if isinstance(says, NothingTold) else "barely_told")
-            for says in told  # of logs that may be in other units, nothing can be said
+            for says in told
         ),
     ]

@@ -14,14 +14,14 @@ from rwjax.logs.log import Log
 
 DEGREES, TURN, PER_MINUTE = 180.0 / np.pi, 2.0 * np.pi, np.pi / 30.0
 """Degrees in a radian; radians in a turn; what one turn per minute is in rad/s [1, rad, rad/s]."""
-FAR, NEAR = 1.6, 1.03
-"""Factors by which an angle may differ besides from what its rate says in another unit: where no other mistake is near, and of turns per minute, which
-are nearly the tenth of a clock that goes ten times too fast [1]."""
+FAR, NEAR, NEARLY = 1.6, 1.2, 1.03
+"""Factors by which an angle may differ besides from what its rate says in another unit [1]: where no other mistake is near, of an angle in turns, which is
+near turns per minute, and of these, which are nearly the tenth of a clock that goes ten times too fast."""
 MISTAKES = {
     DEGREES: (FAR, "is {angle} in degrees, or is {rate} in rad/s already?"),
     1.0 / DEGREES: (FAR, "is {rate} in degrees per second, or is {angle} in radians already?"),
-    PER_MINUTE: (NEAR, "is {rate} in turns per minute?"),
-    1.0 / TURN: (1.2, "is {angle} in turns?"),
+    PER_MINUTE: (NEARLY, "is {rate} in turns per minute?"),
+    1.0 / TURN: (NEAR, "is {angle} in turns?"),
     TURN: (FAR, "is {rate} in turns per second?"),
     1e-3: (FAR, "is time_s in milliseconds?"),
     1e-6: (FAR, "is time_s in microseconds?"),
