@@ -1,6 +1,7 @@
 """ModelFits: the best fit of every hypothesis to the training logs, and how one is carried to its end."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
@@ -86,6 +87,7 @@ class ModelFits:
     _best: dict[Hypothesis, Fit] = field(default_factory=dict)
     _finished: dict[Hypothesis, None] = field(default_factory=dict)
     _fitted_from: dict[Hypothesis, tuple[float, bool, set[Hypothesis]]] = field(default_factory=dict)
+    _first: tuple[Fit, bool] | None = None
 
     @classmethod
     def of(
@@ -167,6 +169,21 @@ class ModelFits:
             self.put(
                 NOTHING, least_squares(begun.problem.from_start, begun.coordinates, begun.theta, start=begun.start)
             )
+        self._first = self._best[NOTHING], self.by_start_rule
+
+    @contextmanager
+    def as_begun(self) -> Iterator[None]:
+        """Puts the rig as it is back to where it was fitted before any hypothesis, for as long as the context lasts.
+
+        Yields:
+            Nothing.
+        """
+        now = self._best[NOTHING], self.by_start_rule
+        self._best[NOTHING], self.by_start_rule = self._first or now
+        try:
+            yield
+        finally:
+            self._best[NOTHING], self.by_start_rule = now
 
     def as_it_stands(self, hypothesis: Hypothesis) -> Fit:
         """Takes the fit of a hypothesis for one at its end, however far a search has come.

@@ -84,6 +84,20 @@ def test_a_fit_is_taken_as_it_stands_with_its_derivatives(fits: ModelFits) -> No
     assert found.evaluation.local.size and fits.as_it_stands(NAMED) is found
 
 
+def test_the_rig_as_it_is_is_as_it_was_first_fitted_for_as_long_as_a_context_lasts() -> None:
+    rig = platform()
+    fits = fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.05}}))
+    fits(NOTHING)
+    fits.start_from_first_readings()
+    first = fits(NOTHING)
+    fits.free_starts_of_what_leads()
+    later = fits(NOTHING)
+    with pytest.raises(Stopped), fits.as_begun():
+        assert fits(NOTHING) is first and fits.by_start_rule
+        raise Stopped
+    assert fits(NOTHING) is later is not first and not fits.by_start_rule
+
+
 def test_where_the_budget_ends_the_fits_stay_as_they_are() -> None:
     rig = platform()
     fits = fits_of(rig, true_log(rig))

@@ -6,7 +6,7 @@ told apart from it on these logs. The same holds for a set that ties with it whe
 to be the same thing for the kind of rig.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rwjax.diagnosis.exact_fits import fit_exactly
 from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis, simplest, spoken
@@ -18,6 +18,7 @@ from rwjax.diagnosis.search.neighbours import exchanges, extensions
 from rwjax.diagnosis.search.pairs import promising_pairs
 from rwjax.diagnosis.search.strategy import Strategy
 from rwjax.diagnosis.search.successive_halving import SuccessiveHalving
+from rwjax.fitting.multiple_shooting import Fit
 
 
 class ForwardBackward(Strategy):
@@ -106,11 +107,21 @@ class Search:
             The pairs, the same at every call.
         """
         if self._pairs is None:
-            exact = self.limits.exactly_at_once * self.fits.settings.headway.exact
-            places = promising_pairs(self.fits, self.candidates)
-            self.fits.headway.enter([*places], "pairs", besides=exact, further=0.0)
-            self._pairs = self.halving.fit_at(places, self.fits.settings.pairs)
+            self._pairs = self.fit_pairs(promising_pairs(self.fits, self.candidates))
         return self._pairs
+
+    def fit_pairs(self, places: Mapping[Hypothesis, Sequence[Fit]]) -> list[Hypothesis]:
+        """Fits pairs from where they are predicted to leave least.
+
+        Args:
+            places: points without a step, by pair.
+
+        Returns:
+            The pairs with fits that have begun.
+        """
+        exact = self.limits.exactly_at_once * self.fits.settings.headway.exact
+        self.fits.headway.enter([*places], "pairs", besides=exact, further=0.0)
+        return self.halving.fit_at(places, self.fits.settings.pairs)
 
     def chosen(self, best: Hypothesis, rivals: Sequence[Hypothesis]) -> Choice:
         """The choice of a hypothesis, with those of its rivals that cannot be told apart from it.

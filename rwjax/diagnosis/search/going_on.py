@@ -11,6 +11,7 @@ from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import Search
 from rwjax.diagnosis.search.neighbours import extensions
+from rwjax.diagnosis.search.pairs import promising_pairs
 
 
 class FurtherSearch(Search):
@@ -34,8 +35,8 @@ class FurtherSearch(Search):
         """Goes on from what was chosen, or from what was tried and leads in its place.
 
         What is negligible is measured by what the hypothesis leaves that is begun from. So this looks for what the search before it
-        took for the exact form of its names. Where a visible part is left, two names are looked for at once, and a second name beside
-        each of those that lead: the name that leaves least may stand in for two others.
+        took for the exact form of its names. Where a visible part is left, two names are looked for at once, around the rig as it was first
+        fitted and around its best fit, and a second name beside each of those that lead: the name that leaves least may stand in for two others.
 
         Args:
             begin: what was chosen, with a fit at its end.
@@ -45,6 +46,8 @@ class FurtherSearch(Search):
         """
         begin = self._ahead(begin)
         forward = self.forward(begin, self.limits.most_names_further) if begin.names else begin
+        if self.comparison.leaves_visible(forward):
+            self.fit_foreseen_pairs()
         best, rivals = self._settled(forward)
         self.settled = self.chosen(best, rivals)
         self.fits.headway.budget.keep(self.fits.settings.partial.kept)
@@ -54,6 +57,16 @@ class FurtherSearch(Search):
             ahead = self._ahead(best)
             best, rivals = self.given_way(best) if ahead == best else self._settled(ahead)
         return self.chosen(best, rivals)
+
+    def fit_foreseen_pairs(self) -> None:
+        """Fits the pairs that are predicted to leave least around the rig as it was first fitted.
+
+        A search betters that fit by numbers that take up a part of what is missing. What else is missing is then no longer seen.
+        """
+        with self.fits.as_begun():
+            places = promising_pairs(self.fits, self.candidates)
+        foreseen = self.fit_pairs(places)
+        fit_exactly(self.fits, self._by_cost(foreseen)[: self.limits.exactly_at_once])
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
         """The rivals by exchange, and everything else of no more names that was tried.

@@ -49,6 +49,7 @@ def test_a_second_name_is_looked_for_beside_each_leading_one(
     search = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS)
     search.limits = replace(search.limits, beginnings=beginnings)
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "fit_foreseen_pairs", lambda: None)
     monkeypatch.setattr(search, "pairs", list)
     assert len(search.go_on(BIAS).best.names) == names
 
@@ -60,6 +61,7 @@ def test_none_is_looked_for_beside_a_name_that_leaves_many_times_as_much_as_the_
     search, looked = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS), []
     search.limits = replace(search.limits, beginnings_leave=leave)
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "fit_foreseen_pairs", lambda: None)
     monkeypatch.setattr(search, "pairs", list)
     monkeypatch.setattr(search, "announce", lambda tried, hypothesis, passes=0: looked.append(hypothesis))
     search.go_on(BIAS)
@@ -88,6 +90,7 @@ def test_a_pair_that_began_at_a_poor_place_is_fitted_from_all_others(monkeypatch
         return found
 
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "fit_foreseen_pairs", lambda: None)
     monkeypatch.setattr(search, "pairs", list)
     monkeypatch.setattr(search.halving, "fit", at_a_poor_place)
     monkeypatch.setattr(search, "given_way", lambda best: (best, []))

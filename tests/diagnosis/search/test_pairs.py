@@ -20,6 +20,9 @@ from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.diagnosis.search.pairs import foremost, joint_gains, promising_pairs
 from rwjax.diagnosis.settings import PairSettings
 from rwjax.diagnosis.starting_points import candidate_of
+from rwjax.fitting.batched_runs import Simulating, together
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.secant import search_point, with_derivatives, with_residual
 from tests.diagnosis.simulated import COMMAND, TIME, fits_of, true_log
 from tests.systems import platform, record, run
 
@@ -97,9 +100,9 @@ NAMES = (
 )
 
 
-def with_another_payload(times: float):
+def with_another_payload(times: float, also: str = ""):
     """Fits of a pendulum whose file holds another payload than the one that swung."""
-    true, believed = (parse_rig(PENDULUM.format(inertia=0.02 * m, torque=0.6 * m)) for m in (times, 1.0))
+    true, believed = (parse_rig(PENDULUM.format(inertia=0.02 * m, torque=0.6 * m) + also) for m in (times, 1.0))
     y = run(true, record(TIME, COMMAND), {})["yaw_rad"]
     log = record(TIME, COMMAND, {"yaw_rad": y + np.random.default_rng(0).normal(0.0, 1e-3, len(y))})
     fits = fits_of(believed, log)
@@ -117,6 +120,25 @@ def test_another_payload_is_among_the_promising_pairs_and_begins_near_it() -> No
     at = dict(zip(names, pairs[PAYLOAD][0].theta, strict=True))
     assert at["axis.gravity.torque"] == pytest.approx(0.66, rel=0.03)
     assert at["axis.inertia"] == pytest.approx(0.022, rel=0.1)
+
+
+def begun_at(factor: float, first: Fit) -> Simulating[Fit]:
+    """A fit whose free numbers are so many times as large, and where no step was taken."""
+    theta = first.theta.copy()
+    theta[first.coordinates.index] *= factor
+    here = yield from with_residual(search_point(first.problem, first.coordinates, theta, first.start))
+    return (yield from with_derivatives(here))
+
+
+def test_a_pair_is_also_foreseen_around_the_rig_as_it_was_fitted_first() -> None:
+    fits = with_another_payload(1.1, also='[fit]\nfree = ["axis.friction.viscous"]\n')
+    (later,) = together([begun_at(3.0, fits(NOTHING))])  # friction has taken up what it can
+    fits.put(NOTHING, later, ended=True)
+    assert PAYLOAD not in promising_pairs(fits, NAMES)
+    FurtherSearch(fits, NAMES).fit_foreseen_pairs()
+    found = fits(PAYLOAD).numbers()
+    assert found["axis.inertia"] == pytest.approx(0.022, rel=0.02)
+    assert found["axis.gravity.torque"] == pytest.approx(0.66, rel=0.02)
 
 
 @pytest.mark.slow
