@@ -364,7 +364,7 @@ def _rivals(search: FurtherSearch, best: Hypothesis) -> list[Hypothesis] | None:
 
 
 def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The rivals that may stand in the place of a set, those that leave least first, without what is the same thing as it.
+    """The rivals that may stand in the place of a set, those that leave least first, without what is the same thing as it or as one of them.
 
     They leave about as much, of the fitted runs and of left-out ones, and all their runs ask for as much of what they have of their own.
     """
@@ -377,7 +377,8 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     near = [e for e in near if followed(e) < most]
     near = [e for e in near if all(_asked_alike(search.by_runs, e, name) for name in _apart(e, best.names).names)]
     known = [e for e in (best, *same, *near) if search.fits.stepped(e)]
-    return [e for e in near if not any(_moves_as(search.by_runs, e, other) for other in known)]
+    apart = [e for e in near if not any(_moves_as(search.by_runs, e, other) for other in known)]
+    return [e for k, e in enumerate(apart) if not any(e in _same(search, other) for other in apart[:k])]
 
 
 def _moves_as(compare: ComparisonByRuns, larger: Hypothesis, other: Hypothesis) -> bool:

@@ -446,6 +446,15 @@ def test_rivals_count_against_the_names_that_they_do_without() -> None:
     assert claimed(search, Choice(both)) == (None, dict.fromkeys(both.names, "many other names leave about as much"))
 
 
+def test_rivals_that_are_the_same_thing_count_once_against_a_name() -> None:
+    search = searched([run_of(k, FRICTION, disturbed=0.03) for k in range(3)], DRY, BIAS, OFFSET)
+    search.fits.settings = replace(Settings(), partial=replace(ANY, alternatives=1))
+    claim, refused = claimed(search, Choice(DRY))
+    assert claim is not None and claim.named == DRY and {*claim.alternatives} == {BIAS, OFFSET} and not refused
+    search.fits.settings = replace(Settings(), partial=replace(ANY, alternatives=0))
+    assert claimed(search, Choice(DRY)) == (None, {"axis.coulomb": "many other names leave about as much"})
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("closes", "shared"), [(0.5, True), (0.95, False)])
 def test_of_several_names_those_are_claimed_that_every_explanation_shares(closes: float, shared: bool) -> None:
