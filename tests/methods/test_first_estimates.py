@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rwjax import Log, Rig, simulate
+from rwjax import Log, Rig, parse_rig, simulate
 from rwjax.methods.first_estimates import FirstEstimates, first_estimates, rounded
 from rwjax.methods.known import Known
 from tests.systems import platform, reaction, record, wheel
@@ -60,6 +60,38 @@ def test_friction_above_its_error_is_estimated_and_free() -> None:
     found = first_estimates(rig, [log_of(rig, "yaw_rad", 1e-4)], numbers)
     assert found.notes == () and all(known.free and "regression" in known.why for known in found.numbers.values())
     assert found.numbers["axis.friction.viscous"].value == pytest.approx(0.05, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("known", "said"),
+    [
+        (Known(0.03, "a guess", free=True), ()),
+        (Known(0.12, "of a bob, m l²", free=True), ()),
+        (
+            Known(0.03, "of a rod, m l²/3", free=True),
+            ("axis.inertia is 0.1 kg m2 by a regression, where it is 0.03 kg m2 of a rod, m l²/3",),
+        ),
+    ],
+)
+def test_an_estimate_far_from_what_a_mass_and_a_length_say_is_said(known: Known, said: tuple[str, ...]) -> None:
+    rig = platform("viscous = 0.05", '"axis.inertia", "axis.friction.viscous"')
+    numbers = {"axis.inertia": known, "axis.friction.viscous": Known(0.05, "a guess", free=True)}
+    found = first_estimates(rig, [log_of(rig, "yaw_rad", 1e-4)], numbers)
+    assert found.notes == said and found.numbers["axis.inertia"].value == pytest.approx(0.1, rel=0.02)
+
+
+def test_a_weight_by_a_mass_and_a_length_stays_where_a_regression_has_the_other_sign() -> None:
+    text = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.05\n[axis.gravity]\ntorque = 0.3'
+    rig = parse_rig(f'{text}\n[fit]\nfree = ["axis.gravity.torque"]')
+    log = log_of(rig.with_values({"axis.gravity.torque": -0.3}), "yaw_rad", 1e-4)
+    found = first_estimates(rig, [log], {"axis.gravity.torque": Known(0.3, "of a bob, m g l", free=True)})
+    assert found.numbers["axis.gravity.torque"].value == 0.3
+    (note,) = found.notes
+    assert note.startswith(
+        "axis.gravity.torque stays 0.3 N m, of a bob, m g l: a regression has -0.3 N m, of the other sign"
+    )
+    guessed = first_estimates(rig, [log], {"axis.gravity.torque": Known(0.3, "a guess", free=True)})
+    assert guessed.numbers["axis.gravity.torque"].value == pytest.approx(-0.3, rel=0.02) and not guessed.notes
 
 
 def test_friction_below_its_error_is_none() -> None:
