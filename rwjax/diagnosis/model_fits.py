@@ -172,8 +172,8 @@ class ModelFits:
         self._first = self._best[NOTHING], self.by_start_rule
 
     @contextmanager
-    def as_begun(self) -> Iterator[None]:
-        """Puts the rig as it is back to where it was fitted before any hypothesis, for as long as the context lasts.
+    def as_first_fitted(self) -> Iterator[None]:
+        """Puts the rig as it is, and the start rule, back to how they were before any hypothesis was fitted: for reading alone, while the context lasts.
 
         Yields:
             Nothing.

@@ -364,7 +364,7 @@ def _rivals(search: FurtherSearch, best: Hypothesis) -> list[Hypothesis] | None:
 
 
 def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The rivals that may stand in the place of a set, those that leave least first, without what is the same thing as it or as one of them.
+    """The rivals that may stand in the place of a set, those that leave least first. What is the same thing as the set is none, and of those that are the same thing one counts.
 
     They leave about as much, of the fitted runs and of left-out ones, and all their runs ask for as much of what they have of their own.
     """
@@ -378,7 +378,16 @@ def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis])
     near = [e for e in near if all(_asked_alike(search.by_runs, e, name) for name in _apart(e, best.names).names)]
     known = [e for e in (best, *same, *near) if search.fits.stepped(e)]
     apart = [e for e in near if not any(_moves_as(search.by_runs, e, other) for other in known)]
-    return [e for k, e in enumerate(apart) if not any(e in _same(search, other) for other in apart[:k])]
+    return _one_of_each(search, apart, best)
+
+
+def _one_of_each(search: FurtherSearch, rivals: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
+    """Of rivals that are the same thing the one that shares most names with a set; in the given order."""
+    same, found = {e: _same(search, e) for e in rivals}, list[Hypothesis]()
+    for e in sorted(rivals, key=lambda e: -len({*e.names} & {*best.names})):
+        if not any(e in same[other] or other in same[e] for other in found):
+            found.append(e)
+    return [e for e in rivals if e in found]
 
 
 def _moves_as(compare: ComparisonByRuns, larger: Hypothesis, other: Hypothesis) -> bool:

@@ -11,14 +11,15 @@ from rwjax.logs.log import Log
 from rwjax.methods.identified import NORMAL_95
 from rwjax.methods.known import Known
 from rwjax.methods.regression import weak_form
-from rwjax.rig.model import GUESS, Rig
+from rwjax.rig.model import Rig
 
 REGRESSION = "by a regression; `rwjax fit` estimates it anew"
 DIGITS = 3
 """Digits of an estimate, which `fit` will make anew."""
 TORQUE_CONSTANT = "motor.torque_constant"
-FAR = 1.5
-"""Factor by which an estimate may differ from a mass and a length without a word [1]: a rod that is taken for a bob differs by 2 and by 3."""
+WEIGHT, WEIGHT_ANGLE = "axis.gravity.torque", "axis.gravity.angle"
+FAR_FROM_MASS = 1.5
+"""Factor by which an estimate may differ from what a mass and a length give without a word [1]: a rod that is taken for a bob differs by 2 and by 3."""
 FASTER = 1.1
 """Speed per volt in the logs, over the datasheet's, from which on they do not go together [1]: no friction makes a motor faster, and a
 catalogue's speeds hold within 10 %."""
@@ -58,8 +59,9 @@ def first_estimates(
 
     * Friction that is not above 0 by its own standard error is none: it is 0, and fixed. Of several the one that is told least goes first,
       since two may stand for each other. The last free number stays free, unless the torque constant is free in its place.
-    * Any other number that is smaller than its error keeps its guess, and a fit tries again. So does one that was worked out from what is known, such as a
-      mass and a length, where the estimate has the other sign. One that differs from that much is said.
+    * Any other number that is smaller than its error keeps its guess, and a fit tries again.
+    * A negative weight is a positive one that stands up at angle 0, and is written so. An estimate that differs by a factor of 1.5 and more from what a mass and a length
+      give is said.
     * A torque constant by a speed without a load is compared with the speed per volt of the logs. It is free where friction would have to
       be negative to explain them.
 
@@ -89,19 +91,11 @@ def first_estimates(
     if freed:
         found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=free), logs).rig
     for n in free:
-        known, worked_out = numbers[n], not numbers[n].why.startswith(GUESS) and numbers[n].value > 0.0
-        if _told(found, n) and worked_out and found.values[n] < 0.0:
-            notes.append(
-                f"{n} stays {_said(n, known.value)}, {known.why}: a regression has {_said(n, found.values[n])}, of the other sign; "
-                "check where the angle is 0, its sign and that of the command"
-            )
-        elif _told(found, n):
-            if worked_out and not 1.0 / FAR <= found.values[n] / known.value <= FAR:
-                notes.append(
-                    f"{n} is {_said(n, found.values[n])} by a regression, where it is {_said(n, known.value)} {known.why}"
-                )
-            numbers = numbers | {n: known._replace(value=rounded(found.values[n]), why=REGRESSION)}
+        if _told(found, n):
+            notes += _far_from_mass(found, n, numbers[n])
+            numbers = numbers | _by_regression(numbers, n, found.values[n])
         else:
+            known = numbers[n]
             numbers = numbers | {n: known._replace(why=f"{known.why}; a regression does not tell it")}
             notes.append(f"{n} stays {_said(n, known.value)}, {known.why}: a regression does not tell it")
     return FirstEstimates(numbers, tuple(notes))
@@ -125,9 +119,37 @@ def _is_friction(name: str) -> bool:
 
 
 def _told(found: Rig, name: str) -> bool:
-    """Whether an estimate is larger than its standard error; friction has to be above 0 by it."""
+    """Whether an estimate is larger than its standard error; friction, and what cannot be negative, has to be above 0 by it."""
     value, error = found.values[name], found.standard_error.get(name, math.inf)
-    return (value if _is_friction(name) else abs(value)) > error
+    above = _is_friction(name) or "positive" in NUMBERS[name].sign
+    return (value if above else abs(value)) > error
+
+
+def _by_regression(numbers: dict[str, Known], name: str, value: float) -> dict[str, Known]:
+    """An estimate; of a negative weight the positive one, with its angle."""
+    estimate = numbers[name]._replace(value=rounded(value), why=REGRESSION)
+    if name != WEIGHT or value > 0.0 or WEIGHT_ANGLE not in numbers:
+        return {name: estimate}
+    stands = numbers[WEIGHT_ANGLE]._replace(
+        value=round(math.pi, 6), why="by a regression the link stands up at angle 0"
+    )
+    return {name: estimate._replace(value=rounded(-value)), WEIGHT_ANGLE: stands}
+
+
+def _far_from_mass(found: Rig, name: str, known: Known) -> list[str]:
+    """A note on an estimate that is not what a mass and a length give."""
+    value, error = found.values[name], NORMAL_95 * found.standard_error[name]
+    if not known.by_mass or abs(value - known.value) < error:
+        return []
+    if name == WEIGHT and value < 0.0:
+        return [
+            f"{name}: by a regression the link stands up at angle 0; if it hangs down there, the angle or the command has the wrong sign"
+        ]
+    if 1.0 / FAR_FROM_MASS < value / known.value < FAR_FROM_MASS:
+        return []
+    return [
+        f"{name}: a regression has {_said(name, value)} where the mass and the length give {_said(name, known.value)} ({known.why})"
+    ]
 
 
 def _said(name: str, value: float) -> str:

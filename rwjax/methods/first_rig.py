@@ -389,7 +389,8 @@ def _numbers(kind: str, d: Datasheet, columns: set[str]) -> dict[str, Known]:
                 (1.0, "of a bob, m g l") if d.bob else (0.5, "of a rod, m g l/2; of a bob at its end twice that")
             )
             why += ", fixed: it tells the torque constant" if weighed else ""
-            found["axis.gravity.torque"] = Known(rounded(share * d.mass * GRAVITY * d.length), why, free=not weighed)
+            weight = rounded(share * d.mass * GRAVITY * d.length)
+            found["axis.gravity.torque"] = Known(weight, why, free=not weighed, by_mass=True)
             found["axis.gravity.angle"] = Known(0.0, f"0 where the {'bob' if d.bob else 'rod'} hangs down at angle 0")
     if "goal_rad" in columns:
         found = servo_numbers(
@@ -416,7 +417,7 @@ def _inertia(d: Datasheet) -> Known:
     share, why = (
         (1.0, "of a bob, m l²") if d.bob else (1.0 / 3.0, "of a rod, m l²/3; of a bob at its end three times that")
     )
-    return Known(rounded(share * d.mass * d.length**2), why, free=True)
+    return Known(rounded(share * d.mass * d.length**2), why, free=True, by_mass=True)
 
 
 def _gain(d: Datasheet) -> Known:

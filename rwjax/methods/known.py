@@ -12,11 +12,13 @@ class Known(NamedTuple):
         value: Its value [SI].
         why: Where it comes from, in words.
         free: Whether a fit is to estimate it.
+        by_mass: Whether it is worked out from a mass and a length.
     """
 
     value: float
     why: str
     free: bool = False
+    by_mass: bool = False
 
     def line(self, name: str, acts_on: str) -> str:
         """The number as it stands in the rig file, with symbol, unit and where it comes from.

@@ -30,7 +30,7 @@ def test_the_rig_as_it_is_is_fitted_when_first_asked_for(fits: ModelFits) -> Non
     assert not fits.by_start_rule  # it is complete
 
 
-def test_a_hypothesis_that_no_search_has_begun_is_refused(fits: ModelFits) -> None:
+def test_a_hypothesis_that_no_search_has_first_fitted_is_refused(fits: ModelFits) -> None:
     assert NAMED not in fits
     with pytest.raises(KeyError, match=r"no search has begun a fit of axis\.coulomb"):
         fits(NAMED)
@@ -84,7 +84,7 @@ def test_a_fit_is_taken_as_it_stands_with_its_derivatives(fits: ModelFits) -> No
     assert found.evaluation.local.size and fits.as_it_stands(NAMED) is found
 
 
-def test_the_rig_as_it_is_is_as_it_was_first_fitted_for_as_long_as_a_context_lasts() -> None:
+def test_the_first_fit_of_the_rig_is_back_for_as_long_as_a_context_lasts() -> None:
     rig = platform()
     fits = fits_of(rig, true_log(rig, **{"axis.bias_torque": {"T": 0.05}}))
     fits(NOTHING)
@@ -92,7 +92,7 @@ def test_the_rig_as_it_is_is_as_it_was_first_fitted_for_as_long_as_a_context_las
     first = fits(NOTHING)
     fits.free_starts_of_what_leads()
     later = fits(NOTHING)
-    with pytest.raises(Stopped), fits.as_begun():
+    with pytest.raises(Stopped), fits.as_first_fitted():
         assert fits(NOTHING) is first and fits.by_start_rule
         raise Stopped
     assert fits(NOTHING) is later is not first and not fits.by_start_rule

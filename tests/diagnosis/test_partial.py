@@ -455,6 +455,23 @@ def test_rivals_that_are_the_same_thing_count_once_against_a_name() -> None:
     assert claimed(search, Choice(DRY)) == (None, {"axis.coulomb": "many other names leave about as much"})
 
 
+@pytest.mark.parametrize("ahead", [BIAS, OFFSET])
+def test_of_rivals_that_are_the_same_thing_the_one_counts_that_shares_a_name_whichever_leaves_less(
+    ahead: Hypothesis,
+) -> None:
+    both, rivals = DRY.plus("axis.bias_torque"), {e: e.plus("axis.viscous") for e in (BIAS, OFFSET)}
+    search = searched(
+        [run_of(k, FRICTION | PUSHED, disturbed=0.03) for k in range(3)], DRY, BIAS, both, *rivals.values()
+    )
+    least = min(search.fits.known(e).cost for e in rivals.values())
+    for e, pair in rivals.items():
+        search.fits.put(pair, replace(search.fits.known(pair), cost=least * (1.0 if e == ahead else 1.001)), ended=True)
+    search.fits.settings = replace(Settings(), partial=replace(ANY, alternatives=1))
+    claim, refused = claimed(search, Choice(both))
+    assert claim is not None and claim.named == BIAS
+    assert refused == {"axis.coulomb": "many other names leave about as much"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("closes", "shared"), [(0.5, True), (0.95, False)])
 def test_of_several_names_those_are_claimed_that_every_explanation_shares(closes: float, shared: bool) -> None:

@@ -39,3 +39,10 @@ def test_the_readme_says_what_the_table_says() -> None:
     reached = {row[3] for row in verdict_page.where_it_stands().table.rows}
     told = re.findall(r"[\d.]+ % \([\d.]+ to [\d.]+\)", readme.partition("\n* ")[0])
     assert len(told) > 8 and {*told} <= reached
+
+
+def test_two_causes_count_where_each_is_large_without_the_other() -> None:
+    two = next(row for row in ROWS if row.what.startswith("two causes"))
+    told = {line["index"]: two.counted(line, {}) for line in verdict_page.lines("fourth") if line["group"] == "pair"}
+    assert told[125] is True and told[126] is False  # 11.3 and 7.3 without the smaller cause
+    assert told[122] is None  # 3.8

@@ -66,32 +66,51 @@ def test_friction_above_its_error_is_estimated_and_free() -> None:
     ("known", "said"),
     [
         (Known(0.03, "a guess", free=True), ()),
-        (Known(0.12, "of a bob, m l²", free=True), ()),
+        (Known(0.12, "of a bob, m l²", free=True, by_mass=True), ()),
         (
-            Known(0.03, "of a rod, m l²/3", free=True),
-            ("axis.inertia is 0.1 kg m2 by a regression, where it is 0.03 kg m2 of a rod, m l²/3",),
+            Known(0.03, "of a rod, m l²/3", free=True, by_mass=True),
+            (
+                "axis.inertia: a regression has 0.1 kg m2 where the mass and the length give 0.03 kg m2 (of a rod, m l²/3)",
+            ),
         ),
     ],
 )
-def test_an_estimate_far_from_what_a_mass_and_a_length_say_is_said(known: Known, said: tuple[str, ...]) -> None:
+def test_an_estimate_far_from_what_a_mass_and_a_length_give_is_said(known: Known, said: tuple[str, ...]) -> None:
     rig = platform("viscous = 0.05", '"axis.inertia", "axis.friction.viscous"')
     numbers = {"axis.inertia": known, "axis.friction.viscous": Known(0.05, "a guess", free=True)}
     found = first_estimates(rig, [log_of(rig, "yaw_rad", 1e-4)], numbers)
     assert found.notes == said and found.numbers["axis.inertia"].value == pytest.approx(0.1, rel=0.02)
 
 
-def test_a_weight_by_a_mass_and_a_length_stays_where_a_regression_has_the_other_sign() -> None:
-    text = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.05\n[axis.gravity]\ntorque = 0.3'
-    rig = parse_rig(f'{text}\n[fit]\nfree = ["axis.gravity.torque"]')
-    log = log_of(rig.with_values({"axis.gravity.torque": -0.3}), "yaw_rad", 1e-4)
-    found = first_estimates(rig, [log], {"axis.gravity.torque": Known(0.3, "of a bob, m g l", free=True)})
-    assert found.numbers["axis.gravity.torque"].value == 0.3
-    (note,) = found.notes
-    assert note.startswith(
-        "axis.gravity.torque stays 0.3 N m, of a bob, m g l: a regression has -0.3 N m, of the other sign"
+def test_a_weight_that_stands_up_at_angle_0_is_a_positive_one_with_that_angle() -> None:
+    text = 'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.05\n'
+    rig = parse_rig(
+        f'{text}[axis.gravity]\ntorque = 0.3\nangle = 0.0\n[fit]\nfree = ["axis.inertia", "axis.gravity.torque"]'
     )
-    guessed = first_estimates(rig, [log], {"axis.gravity.torque": Known(0.3, "a guess", free=True)})
-    assert guessed.numbers["axis.gravity.torque"].value == pytest.approx(-0.3, rel=0.02) and not guessed.notes
+    up = rig.with_values({"axis.gravity.torque": -0.3})
+    weight = Known(0.3, "of a bob, m g l; of a rod half of that", free=True, by_mass=True)
+    numbers = {"axis.inertia": Known(0.2, "a guess", free=True), "axis.gravity.torque": weight}
+    numbers |= {"axis.gravity.angle": Known(0.0, "0 where the bob hangs down at angle 0")}
+    found = first_estimates(rig, [log_of(up, "yaw_rad", 1e-4)], numbers)
+    (note,) = found.notes
+    assert note.startswith("axis.gravity.torque: by a regression the link stands up at angle 0; if it hangs down there")
+    values = {name: known.value for name, known in found.numbers.items()}
+    assert values == pytest.approx(
+        {"axis.inertia": 0.1, "axis.gravity.torque": 0.3, "axis.gravity.angle": np.pi}, rel=0.02
+    )
+    told = simulate(rig.with_values(values), T, VOLTS)["yaw_rad"]
+    assert np.sqrt(np.mean((told - simulate(up, T, VOLTS)["yaw_rad"]) ** 2)) < 0.1
+
+
+def test_an_inertia_that_would_be_negative_keeps_its_guess() -> None:
+    """The command has the wrong sign."""
+    rig = platform("viscous = 0.05")
+    log = log_of(rig, "yaw_rad", 1e-4)
+    found = first_estimates(
+        rig, [replace(log, command=-log.command)], {"axis.inertia": Known(0.2, "a guess", free=True)}
+    )
+    assert found.numbers["axis.inertia"].value == 0.2
+    assert found.notes == ("axis.inertia stays 0.2 kg m2, a guess: a regression does not tell it",)
 
 
 def test_friction_below_its_error_is_none() -> None:

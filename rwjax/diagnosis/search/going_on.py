@@ -1,12 +1,13 @@
 """Going on: the search for what stands beside names that leave something, judged also by the runs that were left out."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
 from rwjax.diagnosis.exact_fits import fit_exactly
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.model_fits import ModelFits
 from rwjax.diagnosis.search.choice import Choice
 from rwjax.diagnosis.search.forward_backward import Search
@@ -46,11 +47,14 @@ class FurtherSearch(Search):
         """
         begin = self._ahead(begin)
         forward = self.forward(begin, self.limits.most_names_further) if begin.names else begin
-        if self.comparison.leaves_visible(forward):
-            self.fit_foreseen_pairs()
         best, rivals = self._settled(forward)
         self.settled = self.chosen(best, rivals)
         self.fits.headway.budget.keep(self.fits.settings.partial.kept)
+        if self.comparison.leaves_visible(best):
+            self.fit_pairs_around_the_first_fit()
+            if (ahead := self._ahead(best)) != best:
+                best, rivals = self._settled(ahead)
+                self.settled = self.chosen(best, rivals)
         if self.comparison.leaves_visible(best):
             fit_exactly(self.fits, self._by_cost(self.pairs())[: self.limits.exactly_at_once])
             self._look_beside_leading_names(best)
@@ -58,15 +62,20 @@ class FurtherSearch(Search):
             best, rivals = self.given_way(best) if ahead == best else self._settled(ahead)
         return self.chosen(best, rivals)
 
-    def fit_foreseen_pairs(self) -> None:
-        """Fits the pairs that are predicted to leave least around the rig as it was first fitted.
+    def fit_pairs_around_the_first_fit(self) -> None:
+        """Fits the pairs that are predicted to leave least around the rig as it was first fitted, where it is no longer as it was then.
 
-        A search betters that fit by numbers that take up a part of what is missing. What else is missing is then no longer seen.
+        A search betters that fit by numbers that take up a part of what is missing, and hide the rest of it.
         """
-        with self.fits.as_begun():
-            places = promising_pairs(self.fits, self.candidates)
-        foreseen = self.fit_pairs(places)
-        fit_exactly(self.fits, self._by_cost(foreseen)[: self.limits.exactly_at_once])
+        fits, now = self.fits, self.fits(NOTHING).theta
+        with fits.as_first_fitted():
+            moved = not np.array_equal(fits(NOTHING).theta, now)
+            begun = promising_pairs(fits, self.candidates) if moved else {}
+        problem = fits.training  # with first states as they are now
+        pairs = self.fit_pairs(
+            {e: [replace(f, problem=problem(f.problem.structure)) for f in places] for e, places in begun.items()}
+        )
+        fit_exactly(fits, self._by_cost(pairs)[: self.limits.exactly_at_once])
 
     def rivals(self, best: Hypothesis) -> list[Hypothesis]:
         """The rivals by exchange, and everything else of no more names that was tried.

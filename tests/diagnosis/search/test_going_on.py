@@ -1,13 +1,15 @@
 """Going on: what a search that goes on begins from."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import pytest
 
+from rwjax.diagnosis.budget import Stopped
 from rwjax.diagnosis.comparison_by_runs import ComparisonByRuns
-from rwjax.diagnosis.hypothesis import Hypothesis
+from rwjax.diagnosis.hypothesis import NOTHING, Hypothesis
 from rwjax.diagnosis.left_out import LeftOut
+from rwjax.diagnosis.search.going_on import FurtherSearch
 from rwjax.fitting.multiple_shooting import Fit
 from tests.diagnosis.several_runs import run_of, searched
 from tests.diagnosis.simulated import moved_to
@@ -42,6 +44,44 @@ def test_it_begins_from_a_larger_set_that_was_tried_among_the_rivals(monkeypatch
     assert begun == [pair]
 
 
+def looks_around_the_first_fit(
+    monkeypatch: pytest.MonkeyPatch, look: Callable[[FurtherSearch], object]
+) -> FurtherSearch:
+    """A search that finds no second name but by a look around the first fit."""
+    search = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS)
+    search.limits = replace(search.limits, beginnings=0)
+    monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
+    monkeypatch.setattr(search, "pairs", list)
+    monkeypatch.setattr(search, "fit_pairs_around_the_first_fit", lambda: look(search))
+    return search
+
+
+def test_a_pair_that_shows_around_the_first_fit_leads_where_a_visible_part_is_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pair, looks = DRY.plus(*BIAS.names), []
+
+    def look(search: FurtherSearch) -> None:
+        looks.append(search.settled.best)
+        search.halving.fit([pair], NOTHING)
+
+    search = looks_around_the_first_fit(monkeypatch, look)
+    assert search.go_on(DRY).best == pair == search.settled.best and looks == [DRY]
+    assert search.go_on(pair).best == pair and len(looks) == 1
+
+
+def test_what_had_led_is_known_where_the_budget_ends_a_look_around_the_first_fit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def look(search: FurtherSearch) -> None:
+        raise Stopped
+
+    search = looks_around_the_first_fit(monkeypatch, look)
+    with pytest.raises(Stopped):
+        search.go_on(DRY)
+    assert search.settled.best == DRY
+
+
 @pytest.mark.parametrize(("beginnings", "names"), [(0, 1), (4, 2)])
 def test_a_second_name_is_looked_for_beside_each_leading_one(
     beginnings: int, names: int, monkeypatch: pytest.MonkeyPatch
@@ -49,7 +89,7 @@ def test_a_second_name_is_looked_for_beside_each_leading_one(
     search = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS)
     search.limits = replace(search.limits, beginnings=beginnings)
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
-    monkeypatch.setattr(search, "fit_foreseen_pairs", lambda: None)
+    monkeypatch.setattr(search, "fit_pairs_around_the_first_fit", lambda: None)
     monkeypatch.setattr(search, "pairs", list)
     assert len(search.go_on(BIAS).best.names) == names
 
@@ -61,7 +101,7 @@ def test_none_is_looked_for_beside_a_name_that_leaves_many_times_as_much_as_the_
     search, looked = searched([run_of(k, BOTH) for k in range(2)], DRY, BIAS), []
     search.limits = replace(search.limits, beginnings_leave=leave)
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
-    monkeypatch.setattr(search, "fit_foreseen_pairs", lambda: None)
+    monkeypatch.setattr(search, "fit_pairs_around_the_first_fit", lambda: None)
     monkeypatch.setattr(search, "pairs", list)
     monkeypatch.setattr(search, "announce", lambda tried, hypothesis, passes=0: looked.append(hypothesis))
     search.go_on(BIAS)
@@ -90,7 +130,7 @@ def test_a_pair_that_began_at_a_poor_place_is_fitted_from_all_others(monkeypatch
         return found
 
     monkeypatch.setattr(search, "forward", lambda hypothesis, most: hypothesis)
-    monkeypatch.setattr(search, "fit_foreseen_pairs", lambda: None)
+    monkeypatch.setattr(search, "fit_pairs_around_the_first_fit", lambda: None)
     monkeypatch.setattr(search, "pairs", list)
     monkeypatch.setattr(search.halving, "fit", at_a_poor_place)
     monkeypatch.setattr(search, "given_way", lambda best: (best, []))
