@@ -387,8 +387,8 @@ def _shares(fits: ModelFits, choice: Choice) -> dict[str, float]:
 def _next(fits: ModelFits, outcome: _Outcome, further: Further, among: Asked) -> Proposal:
     """The next experiment that the outcome asks for."""
     if not further.complete:
-        lets_it = "" if fits.headway.budget.stopped else "; a longer budget lets it"
-        return Proposal(f"none before the search has come to its end{lets_it}")
+        longer = "" if fits.headway.budget.stopped else "; a longer `--budget` lets it come there"
+        return Proposal(f"none before the search has come to its end{longer}")
     if outcome.uninformative == DROWNED:
         return Proposal("runs that begin at rest, half a second before the command")
     if outcome.uninformative or further.held:

@@ -110,10 +110,11 @@ def runaway_words(rig: Rig, fitted: Rig) -> list[str]:
     Returns:
         One sentence for each [SI].
     """
+    weight = "" if any(".gravity." in name for name in rig.numbers) else ", such as a weight (`[axis.gravity]`)"
     return [
         f"{name} ran away from {rig.values[name]:.4g} to {fitted.values[name]:.2g} ± "
-        f"{fitted.standard_error.get(name, np.inf):.1g}: these logs do not tell it, or the rig lacks what holds that part, such as a weight "
-        "(`[axis.gravity]`); use runs in which it moves, give it `fit.bounds` or a `fit.prior`, or take it out of `fit.free`"
+        f"{fitted.standard_error.get(name, np.inf):.1g}: these logs do not tell it, or the rig lacks what holds that part{weight}; use runs "
+        "in which it moves, give it `fit.bounds` or a `fit.prior`, or take it out of `fit.free`"
         for name in ran_away(rig, fitted)
     ]
 

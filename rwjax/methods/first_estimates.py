@@ -20,6 +20,8 @@ TORQUE_CONSTANT = "motor.torque_constant"
 WEIGHT, WEIGHT_ANGLE = "axis.gravity.torque", "axis.gravity.angle"
 FAR_FROM_MASS = 1.5
 """Factor by which an estimate may differ from what a mass and a length give without a word [1]: a rod that is taken for a bob differs by 2 and by 3."""
+UNTOLD = 1e3
+"""Standard error of a friction, in first guesses of it, above which a regression says nothing of it [1]: of one that is told, it is far smaller."""
 FASTER = 1.1
 """Speed per volt in the logs, over the datasheet's, from which on they do not go together [1]: no friction makes a motor faster, and a
 catalogue's speeds hold within 10 %."""
@@ -81,6 +83,8 @@ def first_estimates(
     speed, error = (_speed_per_volt(rig, logs) if by_no_load_speed else None) or (1.0, 0.0)
     too_fast = speed > 1.0 + NORMAL_95 * error
     found, none = _without_friction(rig, logs, least=0 if too_fast else 1)
+    untold = [n for n, at in none.items() if at.standard_error.get(n, math.inf) > UNTOLD * numbers[n].value > 0.0]
+    none = {n: at for n, at in none.items() if n not in untold}
     notes = [_no_friction(at, n) for n, at in none.items()]
     numbers = numbers | {n: Known(0.0, "a regression finds none; to estimate it anew, add it to free") for n in none}
     if freed := too_fast and bool(none):

@@ -172,7 +172,10 @@ def test_wherever_a_search_is_ended_the_answer_is_whole_and_claims_nothing(pushe
         answer = json.loads(json.dumps(found.json(), allow_nan=False))
         assert answer["complete"] is found.complete is False and answer["verdict"] == "unknown", share
         assert {*answer["untried"]} < {*FEW} if share > 0.5 else {*answer["untried"]} <= {*FEW}
-        assert found.sentence.startswith("Unfinished") and "a longer budget lets it" in found.next_experiment
+        assert (
+            found.sentence.startswith("Unfinished")
+            and "a longer `--budget` lets it come there" in found.next_experiment
+        )
         (ended,) = (remark for remark in found.remarks if "ended the search, and nothing is claimed" in remark)
         assert share < 0.5 or re.search(r"; best until then was .* \(.* rad left of the fitted runs\)$", ended), share
         assert np.isfinite([gap for one in found.gaps.values() for gap in (one.before, one.after, one.floor)]).all()

@@ -40,6 +40,15 @@ def test_far_and_unsure_is_away(name: str, value: float, error: float, away: boo
     assert len(runaway_words(RIG, found)) == away
 
 
+@pytest.mark.parametrize(("weight", "asked"), [("", True), ("\n[axis.gravity]\ntorque = 0.1", False)])
+def test_a_weight_is_asked_for_where_the_rig_file_has_none(weight: str, asked: bool) -> None:
+    rig = parse_rig(
+        f'kind = "platform"\n[drive]\ngain = 0.4\n[axis]\ninertia = 0.1\n[axis.friction]\nviscous = 0.02{weight}\n[fit]\nfree = ["axis.inertia"]'
+    )
+    (said,) = runaway_words(rig, rig.with_values({"axis.inertia": 8e6}))
+    assert ("`[axis.gravity]`" in said) == asked
+
+
 def test_a_rig_without_them_has_the_numbers_of_its_file() -> None:
     found = fitted("axis.friction.viscous", 1.5e8, 5e15)
     assert without_runaways(RIG, found).numbers == RIG.numbers

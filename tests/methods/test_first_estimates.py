@@ -113,6 +113,19 @@ def test_an_inertia_that_would_be_negative_keeps_its_guess() -> None:
     assert found.notes == ("axis.inertia stays 0.2 kg m2, a guess: a regression does not tell it",)
 
 
+def test_friction_of_which_a_regression_says_nothing_keeps_its_guess_and_stays_free() -> None:
+    """The drive's gain is far off, and its size drowns all friction."""
+    rig = platform("viscous = 0.05", '"axis.inertia", "axis.friction.viscous"')
+    numbers = {"axis.inertia": Known(0.1, "a guess", free=True)}
+    numbers |= {"axis.friction.viscous": Known(0.01, "a guess", free=True)}
+    log = log_of(rig, "yaw_rad", 1e-4)
+    drowned = replace(log, command=1e7 * np.random.default_rng(0).standard_normal(len(T)))
+    found = first_estimates(rig.with_values({"axis.friction.viscous": 0.01}), [drowned], numbers)
+    known = found.numbers["axis.friction.viscous"]
+    assert known.free and known.value == 0.01
+    assert any("axis.friction.viscous stays 0.01" in note and "does not tell it" in note for note in found.notes)
+
+
 def test_friction_below_its_error_is_none() -> None:
     rig = platform("viscous = -0.0001", '"axis.inertia", "axis.friction.viscous"')
     numbers = {"axis.inertia": Known(0.2, "a guess", free=True)}

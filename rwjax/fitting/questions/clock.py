@@ -55,11 +55,7 @@ def _question(names: str, factor: float) -> Question:
             f"{names}: {slow:g} times slower than {GIVEN}: is the time in units of {factor:g} s? Divide `time_s` by {slow:g}, or write {key} "
             "for it in [columns]"
         )
-    key = (
-        'take unit = "ms" from it in [columns]'
-        if factor == 1.0 / MILLI
-        else f"write scale = {factor:g} for it in [columns]"
-    )
+    key = "correct its unit in [columns]" if factor == 1.0 / MILLI else f"write scale = {factor:g} for it in [columns]"
     return Question(
         f"{names}: {factor:g} times faster than {GIVEN}: is a second of the clock {factor:g} s? Multiply `time_s` by {factor:g}, or {key}"
     )

@@ -60,7 +60,7 @@ def test_seconds_that_are_taken_for_thousandths_are_asked_about_though_the_run_t
     assert (
         question.startswith("square.csv and 2 more: 1000 times faster than") and "Multiply `time_s` by 1000" in question
     )
-    assert question.endswith('or take unit = "ms" from it in [columns]')
+    assert question.endswith("or correct its unit in [columns]")
     (question,) = questions(RIG, [replace(log, time=1e3 * log.time, origin=1e3 * log.origin) for log in LOGS])
     assert question.endswith('Divide `time_s` by 1000, or write unit = "ms" for it in [columns]')
     rig = servo(joint())
