@@ -21,7 +21,7 @@ WEIGHT, WEIGHT_ANGLE = "axis.gravity.torque", "axis.gravity.angle"
 FAR_FROM_MASS = 1.5
 """Factor by which an estimate may differ from what a mass and a length give without a word [1]: a rod that is taken for a bob differs by 2 and by 3."""
 UNTOLD = 1e3
-"""Standard error of a friction, in first guesses of it, above which a regression says nothing of it [1]: of one that is told, it is far smaller."""
+"""Standard error of a friction, in guesses of it, above which a regression says nothing of it [1]."""
 FASTER = 1.1
 """Speed per volt in the logs, over the datasheet's, from which on they do not go together [1]: no friction makes a motor faster, and a
 catalogue's speeds hold within 10 %."""
@@ -61,6 +61,7 @@ def first_estimates(
 
     * Friction that is not above 0 by its own standard error is none: it is 0, and fixed. Of several the one that is told least goes first,
       since two may stand for each other. The last free number stays free, unless the torque constant is free in its place.
+      Friction whose standard error is a thousand times its guess and more is not told, and keeps its guess.
     * Any other number that is smaller than its error keeps its guess, and a fit tries again.
     * A negative weight is a positive one that stands up at angle 0, and is written so. An estimate that differs by a factor of 1.5 and more from what a mass and a length
       give is said.
