@@ -364,7 +364,7 @@ def _rivals(search: FurtherSearch, best: Hypothesis) -> list[Hypothesis] | None:
 
 
 def _near(search: FurtherSearch, best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The rivals that may stand in the place of a set, those that leave least first. What is the same thing as the set is none, and of those that are the same thing one counts.
+    """The rivals that may stand in the place of a set, those that leave least first; none that is the same thing as the set, and no two that are the same thing.
 
     They leave about as much, of the fitted runs and of left-out ones, and all their runs ask for as much of what they have of their own.
     """
