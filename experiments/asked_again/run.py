@@ -13,8 +13,9 @@ from pathlib import Path
 
 from experiments.asked_again.otherwise import WAYS, Question, read_question, write_question
 from experiments.blind.campaign import spread
-from experiments.blind.cases import make_case, write_case
+from experiments.blind.cases import write_case
 from experiments.blind.draw import PLANS, appending, cases, read
+from experiments.blind.messy import case_of
 from experiments.blind.score import share
 from experiments.commit import commit
 from experiments.realdata import ROOT, dcmotor, emps, folder
@@ -27,11 +28,10 @@ AS_IT_IS = "as it is"
 
 
 def simulated(name: str, count: int) -> Iterator[tuple[str, Question]]:
-    """Simulated cases of a set."""
+    """Simulated cases of a set, of all its groups."""
     for row in spread([*cases(name)], count):
         with tempfile.TemporaryDirectory() as place:
-            case = make_case(row["kind"], row["effect"], row["seed"], row["amplitude"], raw=False)
-            write_case(case, Path(place))
+            write_case(case_of(row), Path(place))
             yield f"{name} {row['index']}", read_question(Path(place) / "rig.toml", sorted(Path(place).glob("*.csv")))
 
 
