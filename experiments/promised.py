@@ -1,4 +1,4 @@
-"""Does `ci95` hold what fresh runs of the rig close? `python -m experiments.promised [--set second] [--cases 60] [-o build/promised.jsonl]`
+"""Does `ci95` hold what fresh runs of the rig close? `python -m experiments.promised [--set fourth] [--cases 60] [-o build/promised.jsonl]`
 
 The cases are single causes of a set whose stored answer (`experiments/blind/results`) is right and has a `ci95`. Each is diagnosed again.
 Then its rig runs further, under commands drawn like its own, that the diagnosis has not seen. Their errors with the rig as it is and with the corrected
@@ -107,7 +107,7 @@ def report(lines: Sequence[dict]) -> None:
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--set", dest="name", choices=PLANS, default="second")
+    parser.add_argument("--set", dest="name", choices=PLANS, default="fourth")
     parser.add_argument("--cases", type=int, default=60)
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "promised.jsonl")
     Workers.options(parser)

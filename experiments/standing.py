@@ -4,7 +4,7 @@ Each row takes the newest files of its kind of case, as many as hold forty cases
 of it was asked before.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -15,16 +15,16 @@ from experiments.real.run import outcome as outcome_of_pair
 from experiments.speed.table import Table
 from rwjax.diagnosis.verdict import CLAIMS
 
-ONE, TWO, MESSY, NONE, OUTSIDE, SETUPS, SETS = (
-    ("fourth",),
-    ("final_pairs", "fourth"),
-    ("third", "third_messy", "third_rest", "third_now", "fourth"),
-    ("final_single", "third_others", "fourth"),
-    ("third_others", "third_rest", "third_now", "fourth"),
-    ("repeated_friction",),
-    ("sets",),
-)
-"""Files of one cause, two causes, large causes among small ones, nothing missing, causes outside the list, changed set-ups and published sets."""
+FILES = {
+    "single": ("fourth",),
+    "pair": ("final_pairs", "fourth"),
+    "messy": ("third", "third_messy", "third_rest", "third_now", "fourth"),
+    "none": ("final_single", "third_others", "fourth"),
+    "outside": ("third_others", "third_rest", "third_now", "fourth"),
+}
+"""Files of each group of simulated cases: one cause, two, large ones among small ones, none, and one outside the list."""
+SETUPS, SETS = ("repeated_friction",), ("sets",)
+"""Files of changed set-ups of measured rigs, and of published sets."""
 LARGE = 5.0
 """Size that the rig without one of two causes has, with the other one in the model, where both are asked for [1]."""
 MINUTE = 60.0
@@ -39,16 +39,29 @@ class Row(NamedTuple):
     Attributes:
         what: What is counted.
         least: What is asked, at least or at most.
-        files: The files of its cases.
-        groups: The groups of these; all where none is named.
+        cases: The groups of simulated cases (`FILES`), or the files of measured ones.
         counted: Whether an answer is a hit; None for one that does not count.
     """
 
     what: str
     least: str
-    files: Sequence[str]
-    groups: Collection[str]
+    cases: Sequence[str]
     counted: Callable[[Line, Judged], bool | None]
+
+
+def newest(lines: Lines, cases: Sequence[str]) -> Iterator[tuple[str, Line]]:
+    """The newest answers, each with the file that it is of.
+
+    Args:
+        lines: The answers of a file by its name.
+        cases: Groups of simulated cases (`FILES`), or files of measured ones.
+
+    Yields:
+        The file's name and the answer.
+    """
+    for group in cases:
+        for name in FILES.get(group, (group,)):
+            yield from ((name, line) for line in lines(name) if line.get("group", group) == group)
 
 
 def _within(*outcomes: str) -> Callable[[Line, Judged], bool]:
@@ -99,34 +112,33 @@ def _claims(line: Line, alike: Judged) -> bool:
     return line.get("verdict") in CLAIMS
 
 
+EVERY = (*FILES,)
 ROWS = (
-    Row("one cause: it alone, or with what the logs cannot tell from it", "93 %", ONE, ("single",), _within(*RIGHT)),
-    Row("… a wrong name", "at most 1 %", ONE, ("single",), _within("wrong")),
-    Row(f"two causes, each of size {LARGE:g} without the other: both", "70 %", TWO, ("pair",), _of_two(*RIGHT)),
-    Row("… any false name", "at most 4 %", TWO, ("pair",), _of_two("wider", "wrong")),
-    Row("large causes among small ones: all large ones", "70 %", MESSY, ("messy",), _among_small("named")),
-    Row("… true names, not all of them", "", MESSY, ("messy",), _among_small("part")),
-    Row("… a true set beside one that is not", "", MESSY, ("messy",), _among_small("wider")),
-    Row("… false names alone", "at most 5 %", MESSY, ("messy",), _among_small("false")),
-    Row("nothing missing: any name", "at most 1 %", NONE, ("none",), _claims),
-    Row("a cause outside the list: any name", "at most 6 %", OUTSIDE, ("outside",), _claims),
-    Row("names under `partial`: all true", "95 %", (*MESSY, *OUTSIDE), (), _true_in_part),
+    Row("one cause: it alone, or with what the logs cannot tell from it", "93 %", ("single",), _within(*RIGHT)),
+    Row("… a wrong name", "at most 1 %", ("single",), _within("wrong")),
+    Row(f"two causes, each of size {LARGE:g} without the other: both", "70 %", ("pair",), _of_two(*RIGHT)),
+    Row("… any false name", "at most 4 %", ("pair",), _of_two("wider", "wrong")),
+    Row("large causes among small ones: all large ones", "70 %", ("messy",), _among_small("named")),
+    Row("… true names, not all of them", "", ("messy",), _among_small("part")),
+    Row("… a true set beside one that is not", "", ("messy",), _among_small("wider")),
+    Row("… false names alone", "at most 5 %", ("messy",), _among_small("false")),
+    Row("nothing missing: any name", "at most 1 %", ("none",), _claims),
+    Row("a cause outside the list: any name", "at most 6 %", ("outside",), _claims),
+    Row("names under `partial`: all true", "95 %", EVERY, _true_in_part),
     Row(
         "measured rig, changed: a change, alone or beside what is published",
         "60 %",
         SETUPS,
-        (),
         _of_setup("named", "in part", "beside published"),
     ),
-    Row("… a false name", "at most 10 %", SETUPS, (), _of_setup("wrong", "named with others")),
+    Row("… a false name", "at most 10 %", SETUPS, _of_setup("wrong", "named with others")),
     Row(
         "published sets: a name that the source contradicts",
         "at most 1",
         SETS,
-        (),
         lambda line, _: _asked(line, line.get("beside_published") == "contradicts"),
     ),
-    Row("… within a minute", "all", SETS, (), lambda line, _: _asked(line, (line.get("seconds") or 0.0) <= MINUTE)),
+    Row("… within a minute", "all", SETS, lambda line, _: _asked(line, (line.get("seconds") or 0.0) <= MINUTE)),
 )
 
 
@@ -143,12 +155,8 @@ def standing(lines: Lines, alike: Callable[[str], Judged], rows: Sequence[Row] =
     """
     told = []
     for row in rows:
-        hits = [
-            hit
-            for name in dict.fromkeys(row.files)
-            for line in lines(name)
-            if (not row.groups or line["group"] in row.groups) and (hit := row.counted(line, alike(name))) is not None
-        ]
-        files = ", ".join(f"`{name}`" for name in dict.fromkeys(row.files))
+        answers = [*newest(lines, row.cases)]
+        hits = [hit for name, line in answers if (hit := row.counted(line, alike(name))) is not None]
+        files = "all of them" if row.cases == EVERY else ", ".join(f"`{name}`" for name in dict(answers))
         told.append([row.what, row.least, str(len(hits)), share(sum(hits), len(hits)), files])
     return Table("Asked and reached by the newest answers", ["", "asked", "cases", "reached", "files"], told)

@@ -1,7 +1,7 @@
-"""Writes the tables of docs/verdict.md, docs/verdict_by_search.md and docs/measured.md from stored results: `python -m experiments.verdict_page`.
+"""Writes the tables of docs/verdict.md and docs/measured.md from stored results: `python -m experiments.verdict_page`.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`, under a line that says which files it is of, and of which commit where
-these say so. All else on the page is written by hand. To show a new campaign, change `SET` or an entry of `BLOCKS`.
+these say so. All else on the page is written by hand. To show a new campaign, change `FILES` of `experiments.standing` or an entry of `BLOCKS`.
 """
 
 import re
@@ -11,42 +11,30 @@ from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
+from experiments import standing
 from experiments.asked_again import run as asked_again
-from experiments.blind.changed import TITLES, both_of, counted, judgement
 from experiments.blind.draw import read
-from experiments.blind.inseparable import beside
 from experiments.blind.score import (
-    AT_FLOOR,
-    RIGHT,
     Judged,
     Line,
-    among_small,
     by,
     calibrations,
-    coordinates_of,
-    excess,
     families,
     judged,
+    judgement,
     messy,
-    nothing,
-    outcome,
     outside,
-    pairs,
-    places_of,
     risk,
     share,
-    shares,
-    times,
     worth,
 )
 from experiments.speed.table import Table, markdown
-from experiments.standing import standing, worth_of_pair
 from rwjax.diagnosis.settings import Limits, PartialSettings
 from rwjax.diagnosis.verdict import CLAIMS
 from rwjax.rig.columns import unit_of
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = tuple(ROOT / "docs" / f"{name}.md" for name in ("verdict", "verdict_by_search", "measured"))
+PAGES = tuple(ROOT / "docs" / f"{name}.md" for name in ("verdict", "measured"))
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
 MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED, FREED = (
     "sets",
@@ -58,22 +46,16 @@ MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED, FREED = (
 """Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld, by two searches."""
 ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_again"
 """Folder and file of the same questions asked otherwise."""
-SET = "second"
-"""File of the set that the page is about."""
-FINAL = "final"
-FINAL_PARTS = FINAL, *(f"final_{part}" for part in ("later", "third", "fourth", "fifth", "sixth"))
-"""Files of six parts of the final set: the one diagnosed first, messy and small cases of a later search, and messy ones of four still later."""
-FRESH, NEWEST = "fresh", "fresh_further"
-FRESH_PARTS = FRESH, "fresh_messy", NEWEST, "fresh_last", "third", "third_messy", "third_now", "fourth"
-"""Files of the set `fresh`, drawn when the messy places of the final set had all been asked: its first part, and cases of later searches; then those of `third` and of `fourth`."""
-OTHERS = "third_others"
-"""File of wheels and platforms of the set `third` with two causes, one outside the list, or nothing missing."""
-ONE_CAUSE = "final_single"
-"""File of cases of the final set with one cause, nothing missing or a cause outside the list, by the newest search."""
-CONTACTS = "final_contacts"
-"""File of cases of the final set that lack play, an elastic coupling, an end stop, presliding or a sagging supply, by a search mended for these."""
-TOLD = "final_told_all"
-"""File of cases of the fourth part whose true names were the only candidates."""
+TOLD = "fourth_told"
+"""File of messy cases whose true names were the only candidates."""
+TITLES = {
+    "single": "One cause",
+    "pair": "Two causes",
+    "messy": "Large causes among small ones",
+    "outside": "A cause outside the list",
+    "none": "Nothing missing",
+}
+"""What the rig lacks, by the group of its cases."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
 
 
@@ -115,58 +97,15 @@ def text(block: Block) -> str:
     return f"\n*{title}.{f' From {files}.' if files else ''}*\n\n{markdown(head, rows)}\n\n"
 
 
-def asked(among: Sequence[Line], alike: Judged) -> Table:
-    """What was asked of the diagnosis before any case was seen, and what is reached."""
-    single, none, beyond = ([x for x in among if x["group"] == name] for name in ("single", "none", "outside"))
-    count = Counter(outcome(line, alike) for line in single)
-    located = [line for line in single if "error" not in line and line["verdict"] != "none"]
-    places = sum(line["subsystem"] in places_of(line) for line in located)
-    coordinates = sum(line["coordinate"] in coordinates_of(line) for line in located)
-
-    def said(group: Sequence[Line], *verdicts: str) -> str:
-        return share(sum(line.get("verdict") in verdicts for line in group), len(group))
-
-    seen = [line for line in beyond if excess(line)]
-    left = f"outside the list, where the best explanation leaves more than {AT_FLOOR} floors"
-    right = sum(count[c] for c in RIGHT)
-    rows = [
-        (
-            "one cause: exact, or in a set that the logs cannot tell apart",
-            "at least 90 %",
-            single,
-            share(right, len(single)),
-        ),
-        ("… a wrong name", "at most 3 %", single, share(count["wrong"], len(single))),
-        ("… subsystem of the gap", "at least 90 %", single, share(places, len(single))),
-        ("… coordinate of the gap", "at least 80 %", single, share(coordinates, len(single))),
-        ("nothing missing: any name", "at most 2 %", none, said(none, *CLAIMS)),
-        (f"{left}: `unknown`", "at least 80 %", seen, said(seen, "unknown")),
-        ("… a name alone (`effect`)", "at most 10 %", seen, said(seen, "effect")),
-        ("… any name", "", seen, said(seen, *CLAIMS)),
-        ("outside the list, all: `unknown`", "", beyond, said(beyond, "unknown")),
-        ("… a name alone", "", beyond, said(beyond, "effect")),
-        ("… any name", "", beyond, said(beyond, *CLAIMS)),
-    ]
-    table = [[what, wish, str(len(group)), found] for what, wish, group, found in rows]
-    return Table("Asked and reached", ["", "asked", "cases", "reached"], table)
-
-
-def of(make: Callable[[Sequence[Line], Judged], Table], *groups: str, name: str = SET) -> Callable[[], Block]:
-    """A table of a file, or of some groups of its cases."""
+def newest(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
+    """A table of the newest answers to all groups of cases, or to some."""
 
     def block() -> Block:
-        among = [line for line in lines(name) if not groups or line["group"] in groups]
-        return Block((name,), make(among, judged(path(name))), groups)
-
-    return block
-
-
-def before_and_after(earlier: str, later: str, *asked_about: str, shared: bool = False) -> Callable[[], Block]:
-    """The same cases in two files, by what the oracle was asked about these or about other answers to them."""
-
-    def block() -> Block:
-        alike = judged(*(path(name) for name in (earlier, later, *asked_about)))
-        return Block((earlier, later), counted(both_of(lines(earlier), lines(later)), alike, shared))
+        among, alike = list[Line](), Judged()
+        for name, line in standing.newest(lines, groups or (*standing.FILES,)):
+            alike[len(among)] = told_by_the_oracle(name).get(line["index"], set())
+            among.append(line | {"index": len(among)})  # sets number their cases alike
+        return Block((), make(among, alike))
 
     return block
 
@@ -208,42 +147,6 @@ def closed_by_the_truth(among: Sequence[Line]) -> Table:
         rows.append([kind, str(len(group)), *by_much])
     head = ["", "cases", *(f"at least {100 * least:.0f} %" for least in LEAST)]
     return Table("What the large causes alone close, by the simulator's own equations", head, rows)
-
-
-def every_messy() -> Block:
-    """`closed_by_the_truth` of all messy cases that were asked."""
-    among = [line for name in FINAL_PARTS for line in lines(name) if line["group"] == "messy"]
-    return Block(FINAL_PARTS, closed_by_the_truth(among), ("messy",))
-
-
-def messy_by_search() -> Block:
-    """Messy cases by the search that was asked; no case stands in two rows."""
-    files, rows = (*FINAL_PARTS, *FRESH_PARTS), []
-    for name in files:
-        among = [line for line in lines(name) if line["group"] == "messy"]
-        count = Counter(among_small(line) for line in among)
-        held = (("named",), ("part",), ("wider",), ("false",), ("unknown", "none", "error"))
-        told = (share(sum(count[one] for one in ones), len(among)) for ones in held)
-        rows.append([f"`{name}`", str(len(among)), *told])
-    head = ["run", "cases", "named", "in part", "a name too many", "false", "nothing said"]
-    return Block(files, Table("Large causes among small ones, by search", head, rows), ("messy",))
-
-
-def beside_small_causes() -> Block:
-    """What the oracle, told the small causes too, says of messy answers that hold a name that is not true."""
-    large = {line["index"]: line["effect"] for line in lines(NEWEST) if line["group"] == "messy"}
-    rows = [
-        [
-            str(one["index"]),
-            *(names.replace("+", " + ") for names in (large[one["index"]], one["option"])),
-            *(f"{one[key]:.2f}" for key in ("misfit", "misfit_true")),
-            "no" if one["inseparable"] else "yes",
-        ]
-        for one in read(beside(path(NEWEST)))
-        if one["index"] in large
-    ]
-    head = ["case", "large causes", "offered", "it leaves [floors]", "the truth leaves [floors]", "told apart"]
-    return Block((NEWEST,), Table("What the oracle says of sets with a name that is not true", head, rows), ("messy",))
 
 
 def measured_sets() -> Block:
@@ -292,7 +195,7 @@ def measured_pairs(name: str) -> Block:
     for what, group in groups.items():
         if not group:
             continue
-        count = Counter(worth_of_pair(line) for line in group)
+        count = Counter(standing.worth_of_pair(line) for line in group)
         rest = len(group) - sum(count[one] for one in OF_PAIRS)
         told = [share(count[one], len(group)) for one in OF_PAIRS]
         rows.append([what, str(len(group)), *told, share(rest, len(group))])
@@ -315,50 +218,54 @@ def told_by_the_oracle(name: str) -> Judged:
 
 def where_it_stands() -> Block:
     """What is asked, and what the newest answers reach."""
-    return Block((), standing(lines, told_by_the_oracle))
+    return Block((), standing.standing(lines, told_by_the_oracle))
+
+
+def all_told() -> Block:
+    """Messy cases whose true names were the only candidates."""
+    return Block((TOLD,), messy("All true names told", lines(TOLD)))
+
+
+def answered() -> Block:
+    """The files of the newest answers, with the commits that were asked."""
+    groups: dict[str, list[str]] = {}
+    for group, names in standing.FILES.items():
+        for name in names:
+            groups.setdefault(name, []).append(group)
+    rows = [
+        [
+            source(name, held),
+            str(sum(line["group"] in held for line in lines(name))),
+            ", ".join(TITLES[g].lower() for g in held),
+        ]
+        for name, held in groups.items()
+    ]
+    return Block((), Table("Files of the newest answers", ["file", "cases", "of which groups"], rows))
 
 
 BLOCKS: dict[str, Callable[[], Block]] = {
     "standing": where_it_stands,
-    "worth": of(worth),
-    "asked": of(asked),
-    "final": of(reached, name=FINAL),
-    "told-all": of(lambda among, _: messy("All true names told", among), "messy", name=TOLD),
-    "one-cause": of(reached, name=ONE_CAUSE),
-    "fourth": of(reached, name="fourth"),
-    "contacts": of(lambda among, alike: by("effect", among, alike), "single", name=CONTACTS),
-    "fresh": of(reached, name=FRESH),
-    "third-others": of(reached, name=OTHERS),
-    "fresh-messy": of(lambda among, _: messy("Large causes among small ones", among), "messy", name=NEWEST),
-    "messy-by-search": messy_by_search,
-    "messy-oracle": beside_small_causes,
+    "files": answered,
+    "worth": newest(worth),
+    "reached": newest(reached),
+    "by-size": newest(partial(by, "size"), "single"),
+    "by-kind": newest(partial(by, "kind"), "single"),
+    "messy": newest(lambda among, _: messy("Large causes among small ones", among), "messy"),
+    "messy-closed": newest(lambda among, _: closed_by_the_truth(among), "messy"),
+    "told-all": all_told,
+    "outside": newest(outside, "outside"),
+    "subsystems": newest(partial(families, "subsystem"), "single"),
+    "coordinates": newest(partial(families, "coordinate"), "single"),
+    "said": newest(lambda among, _: calibrations(among)[0], "single", "pair", "none"),
+    "risk-probability": newest(risk, "single", "outside", "none"),
+    "risk-floors": newest(partial(risk, by_floors=True), "single", "outside", "none"),
     "asked-again": partial(asked_otherwise, 0),
     "asked-again-differ": partial(asked_otherwise, 1),
-    "messy-closed": every_messy,
     "measured-sets": measured_sets,
     "measured-pairs": partial(measured_pairs, PAIRS),
     "measured-pairs-later": partial(measured_pairs, LATER_PAIRS),
     "measured-pairs-repeated": partial(measured_pairs, REPEATED),
     "measured-pairs-freed": partial(measured_pairs, FREED),
-    "partial-second": before_and_after("second_later", "second_again", "second"),
-    "partial-own": before_and_after("partial_before", "partial"),
-    "pairs": before_and_after("test", "test_pair_382d076", shared=True),
-    "pairs-final": before_and_after("final", "final_now", shared=True),
-    "pairs-fresh": of(pairs, name="final_pairs"),
-    "pairs-smaller": of(pairs, name="final_pairs_smaller"),
-    "subsystems": of(lambda among, alike: families("subsystem", among, alike), "single"),
-    "coordinates": of(lambda among, alike: families("coordinate", among, alike), "single"),
-    "said": of(lambda among, _: calibrations(among)[0]),
-    "said-alone": of(lambda among, _: calibrations(among)[1]),
-    "risk-probability": of(risk),
-    "risk-floors": of(lambda among, alike: risk(among, alike, by_floors=True)),
-    "shares": of(shares, "single"),
-    "by-size": of(lambda among, alike: by("size", among, alike), "single"),
-    "by-kind": of(lambda among, alike: by("kind", among, alike), "single"),
-    "nothing": of(lambda among, _: nothing(among), "none"),
-    "outside": of(outside, "outside"),
-    "by-effect": of(lambda among, alike: by("effect", among, alike), "single"),
-    "seconds": of(lambda among, _: times(among)),
 }
 
 

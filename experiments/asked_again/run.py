@@ -93,7 +93,7 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "asked_again.jsonl")
-    parser.add_argument("--set", dest="name", choices=PLANS, default="explore")
+    parser.add_argument("--set", dest="name", choices=PLANS, default="fourth")
     parser.add_argument("--cases", type=int, default=12)
     Workers.options(parser)
     a = parser.parse_args()

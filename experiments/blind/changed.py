@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.blind.draw import read
-from experiments.blind.score import MESSY, RIGHT, RIGHT_OF, Judged, Line, among_small, half, judged, outcome, share
+from experiments.blind.score import Judged, Line, judged, judgement, share
 from experiments.speed.table import Table, show
 
 GAP = 0.01
@@ -23,19 +23,6 @@ TITLES = {
     "messy": "Large causes among small ones",
     "small": "Small causes alone",
 }
-
-
-def judgement(line: Line, alike: Judged) -> str:
-    """`right`, or what it is instead; of a cause outside the list `unknown` is right, where nothing is missing `none`."""
-    if line["group"] in ("outside", "none"):
-        right = "unknown" if line["group"] == "outside" else "none"
-        said = line.get("verdict", "error")
-        return "right" if said == right else said if said in ("none", "unknown", "error") else "wrong"
-    if line["group"] in MESSY:
-        found = among_small(line)
-        return "right" if found in RIGHT_OF[line["group"]] else found
-    found = outcome(line, alike)
-    return "right" if found in RIGHT else "wrong, with a true name" if half(line, alike) else found
 
 
 def differences(old: Line, new: Line, gap: float = GAP) -> list[str]:

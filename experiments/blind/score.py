@@ -113,6 +113,19 @@ def among_small(line: Line) -> str:
     return "named" if whole else "part"
 
 
+def judgement(line: Line, alike: Judged) -> str:
+    """`right`, or what it is instead; of a cause outside the list `unknown` is right, where nothing is missing `none`."""
+    if line["group"] in ("outside", "none"):
+        right = "unknown" if line["group"] == "outside" else "none"
+        said = line.get("verdict", "error")
+        return "right" if said == right else said if said in ("none", "unknown", "error") else "wrong"
+    if line["group"] in MESSY:
+        found = among_small(line)
+        return "right" if found in RIGHT_OF[line["group"]] else found
+    found = outcome(line, alike)
+    return "right" if found in RIGHT else "wrong, with a true name" if half(line, alike) else found
+
+
 def share(hits: int, count: int) -> str:
     """Percent with its interval."""
     if count == 0:
@@ -207,22 +220,23 @@ def families(word: str, lines: Sequence[Line], alike: Judged) -> Table:
     return Table(title, ["", "cases", "right or as good", "wrong", *names], table)
 
 
+WORTH = {
+    "right, or in part": ("right", "part"),
+    "beside a false set, or as good": ("wider", "twin"),
+    "false": ("wrong", "wrong, with a true name", "false"),
+    "a cause is missed": ("unknown", "none"),
+}
+"""Columns of `worth`, and the judgements that each holds."""
+
+
 def worth(lines: Sequence[Line], alike: Judged) -> Table:
-    """How often each verdict is said, by what the rig lacks, and what its names are worth."""
-    group = {name: [x for x in lines if x["group"] == name] for name in ("single", "outside", "none")}
-    classes = ("part", "twin", "wider", "wrong")
-    head = ["verdict", f"of {len(group['single'])} with one cause", "right", *classes]
-    head += [f"of {len(group['outside'])} outside the list", f"of {len(group['none'])} that lack nothing"]
+    """How often each verdict is said, and what it is worth."""
     table = []
     for verdict in (*CLAIMS, "none", "unknown"):
-        said = {name: [x for x in among if x.get("verdict") == verdict] for name, among in group.items()}
-        count = Counter(outcome(line, alike) for line in said["single"])
-        names = [share(sum(count[c] for c in RIGHT), len(said["single"])), *(str(count[c]) for c in classes)]
-        names = names if verdict in CLAIMS else ["–"] * len(names)
-        table.append(
-            [f"`{verdict}`", str(len(said["single"])), *names, str(len(said["outside"])), str(len(said["none"]))]
-        )
-    return Table("What a verdict is worth", head, table)
+        said = Counter(judgement(line, alike) for line in lines if line.get("verdict") == verdict)
+        counts = [sum(said[one] for one in held) for held in WORTH.values()]
+        table.append([f"`{verdict}`", str(said.total()), share(counts[0], said.total()), *map(str, counts[1:])])
+    return Table("What a verdict is worth", ["verdict", "said", *WORTH], table)
 
 
 def accepted(line: Line) -> list[str]:
@@ -427,7 +441,7 @@ def tables(lines: Sequence[Line], alike: Judged) -> list[Table]:
         [x for x in lines if x["group"] == name] for name in ("single", "pair", "none", "outside")
     )
     clear = [x for x in lines if x["group"] not in MESSY]
-    found = [worth(clear, alike)]
+    found = [worth(lines, alike)]
     if single:
         found += [*(by(what, single, alike) for what in BY), shares(single, alike), where(single)]
         found += [families(word, single, alike) for word in ("subsystem", "coordinate")]

@@ -1,6 +1,6 @@
 """Plays the proposed next experiment on the simulated rig, and a random one of its length, and diagnoses again with each.
 
-`python -m experiments.played.run [--set second] [--cases N] [--index 214 …] [-o build/played.jsonl] [--processes 2 | --scheduler ADDRESS]`
+`python -m experiments.played.run [--set fourth] [--cases N] [--index 214 …] [-o build/played.jsonl] [--processes 2 | --scheduler ADDRESS]`
 
 The cases are those whose stored answer (`experiments/blind/results`) is `ambiguous` with a rival that the label does not declare to be the
 same thing as the truth. What the oracle calls inseparable stays: it says so of the case's own logs, and a further run is to change that.
@@ -77,7 +77,7 @@ def played(row: dict) -> dict:
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--set", dest="name", choices=PLANS, default="second")
+    parser.add_argument("--set", dest="name", choices=PLANS, default="fourth")
     parser.add_argument("--cases", type=int, help="at most so many, evenly over those that are open")
     parser.add_argument("--index", nargs="+", type=int, help="these cases alone")
     parser.add_argument("-o", dest="path", type=Path, default=ROOT / "build" / "played.jsonl")

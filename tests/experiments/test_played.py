@@ -17,7 +17,7 @@ from rwjax.planning.designs import DESIGNS
 from rwjax.planning.experiment import Experiment
 
 SAID = {"named": [["drive.lag"]], "open": [["drive.delay"], ["drive.lag"]], "wrong": [["drive.delay"]]}
-ROW = next(row for row in cases("second") if row["kind"] == "wheel" and row["group"] == "single")
+ROW = next(row for row in cases("fourth") if row["kind"] == "wheel" and row["group"] == "single")
 
 
 def answer(*options: list[str], verdict: str = "") -> dict:
@@ -106,11 +106,11 @@ def test_the_ratio_has_an_interval_that_holds_it() -> None:
 
 
 def test_only_cases_that_are_left_open_are_asked() -> None:
-    rows = campaign.wanted("second", read(campaign.RESULTS / "second.jsonl"))
-    stored = {one["index"]: one for one in read(campaign.RESULTS / "second.jsonl")}
+    rows = campaign.wanted("fourth", read(campaign.RESULTS / "fourth.jsonl"))
+    stored = {one["index"]: one for one in read(campaign.RESULTS / "fourth.jsonl")}
     assert rows and all(stored[row["index"]]["verdict"] == "ambiguous" for row in rows)
     assert {row["group"] for row in rows} <= {"single", "pair"}
-    assert len(campaign.wanted("second", [])) > len(rows)
+    assert len(campaign.wanted("fourth", [])) > len(rows)
 
 
 def test_a_case_is_played_twice_where_it_is_open_and_a_run_is_proposed(monkeypatch: pytest.MonkeyPatch) -> None:

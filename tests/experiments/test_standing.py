@@ -7,30 +7,25 @@ import pytest
 pytest.importorskip("numba", reason="the separate simulator needs the extra `experiments`")
 
 from experiments import verdict_page
-from experiments.standing import ROWS, Row, standing
+from experiments.standing import ROWS, Row, newest, standing
 
 ANSWERS = {
-    "a": [{"group": "x", "hit": True}, {"group": "x", "hit": None}, {"group": "y", "hit": True}],
-    "b": [{"group": "x", "hit": False}],
+    "fourth": [{"group": "single", "hit": True}, {"group": "single", "hit": None}, {"group": "none", "hit": True}],
+    "measured": [{"hit": False}],
 }
 
 
-def test_a_row_counts_the_answers_of_its_files_and_groups_that_count() -> None:
-    rows = [Row("hits", "90 %", ("a", "b", "a"), ("x",), lambda line, _: line["hit"])]
+def test_a_row_counts_the_answers_of_its_groups_and_files_that_count() -> None:
+    rows = [Row("hits", "90 %", ("single", "measured"), lambda line, _: line["hit"])]
     assert standing(ANSWERS.__getitem__, lambda _: {}, rows).rows == [
-        ["hits", "90 %", "2", "50.0 % (1.3 to 98.7)", "`a`, `b`"]
+        ["hits", "90 %", "2", "50.0 % (1.3 to 98.7)", "`fourth`, `measured`"]
     ]
 
 
 def test_every_row_has_cases_and_no_case_is_counted_twice() -> None:
     assert all(int(row[2]) > 0 for row in verdict_page.where_it_stands().table.rows)
     for row in ROWS:
-        cases = [
-            (line["set"], line["index"])
-            for name in {*row.files}
-            for line in verdict_page.lines(name)
-            if line.get("group") in row.groups
-        ]
+        cases = [(line["set"], line["index"]) for _, line in newest(verdict_page.lines, row.cases) if "index" in line]
         assert len(cases) == len({*cases})
 
 
