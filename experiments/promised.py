@@ -1,6 +1,6 @@
 """Does `ci95` hold what fresh runs of the rig close? `python -m experiments.promised [--set fourth] [--cases 60] [-o build/promised.jsonl]`
 
-The cases are single causes of a set whose stored answer (`experiments/blind/results`) is right and has a `ci95`. Each is diagnosed again.
+The cases are those of a set whose stored answer (`experiments/blind/results`) names what is missing and has a `ci95`. Each is diagnosed again.
 Then its rig runs further, under commands drawn like its own, that the diagnosis has not seen. Their errors with the rig as it is and with the corrected
 one say which share of the gap is closed there, all runs together. A line is appended for each case; those that the file holds are skipped.
 """
@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 
 from experiments.blind.campaign import run, spread
-from experiments.blind.cases import TRAINING, Case, write_case
+from experiments.blind.cases import TRAINING, Case, split, write_case
 from experiments.blind.commands import command
 from experiments.blind.draw import PLANS, cases, read
 from experiments.blind.further import recorded, with_run
@@ -79,20 +79,21 @@ def kept(row: dict) -> dict:
 
 
 def wanted(name: str) -> list[dict]:
-    """Cases with one cause whose stored answer is right and promises something of new runs."""
+    """Cases whose stored answer names what is missing, all large causes and no other, and promises something of new runs."""
     stored = {line["index"]: line for line in read(RESULTS / f"{name}.jsonl")}
     return [
-        row
-        for row in cases(name)
-        if (line := stored.get(row["index"])) and line.get("ci95") and line["effects"] == [row["effect"]]
+        row for row in cases(name) if (line := stored.get(row["index"])) and line.get("ci95") and names_the_truth(line)
     ]
+
+
+def names_the_truth(line: dict) -> bool:
+    """Whether an answer names all large causes and no other."""
+    return {*line["effects"]} == {*split(line["effect"])}
 
 
 def report(lines: Sequence[dict]) -> None:
     """Prints how often the interval holds what fresh runs close, by kind of rig."""
-    told = [
-        line for line in lines if line["ci95"] and line["fresh"] is not None and line["effects"] == [line["effect"]]
-    ]
+    told = [line for line in lines if line["ci95"] and line["fresh"] is not None and names_the_truth(line)]
     rows = []
     for kind in (*dict.fromkeys(line["kind"] for line in told), "all"):
         of = [line for line in told if kind in (line["kind"], "all")]

@@ -1,8 +1,8 @@
 """Fresh runs of a blind case: its own logs stay what they are, and every fresh run is a log of its own."""
 
-from experiments.blind.draw import cases
+from experiments.blind.draw import cases, read
 from experiments.blind.messy import case_of
-from experiments.promised import fresh_names, wanted, with_fresh_runs
+from experiments.promised import RESULTS, fresh_names, wanted, with_fresh_runs
 
 
 def test_fresh_runs_leave_the_case_as_it_is_and_differ_from_each_other() -> None:
@@ -14,6 +14,7 @@ def test_fresh_runs_leave_the_case_as_it_is_and_differ_from_each_other() -> None
     assert not any("role: validate" in text for text in fresh)
 
 
-def test_the_cases_promise_something_by_a_right_name() -> None:
-    found = wanted("fourth")
-    assert len(found) > 15 and all(row["group"] == "single" for row in found)
+def test_the_cases_promise_something_by_all_true_names() -> None:
+    stored = {line["index"]: line for line in read(RESULTS / "fourth.jsonl")}
+    asked = [stored[row["index"]] for row in wanted("fourth")]
+    assert asked and all(line["ci95"] and {*line["effects"]} == {*line["effect"].split("+")} for line in asked)
