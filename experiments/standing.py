@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from experiments.blind.draw import cases
 from experiments.blind.score import RIGHT, Judged, Line, among_small, outcome, share
+from experiments.promised import names_the_truth
 from experiments.real.published import PUBLISHED
 from experiments.real.run import outcome as outcome_of_pair
 from experiments.speed.table import Table
@@ -23,8 +24,8 @@ FILES = {
     "outside": ("third_others", "third_rest", "third_now", "fourth"),
 }
 """Files of each group of simulated cases: one cause, two, large ones among small ones, none, and one outside the list."""
-SETUPS, SETS = ("repeated_friction",), ("sets",)
-"""Files of changed set-ups of measured rigs, and of published sets."""
+PROMISED, SETUPS, SETS = ("promised",), ("repeated_friction",), ("sets",)
+"""Files of fresh runs of rigs whose causes were named, of changed set-ups of measured rigs, and of published sets."""
 LARGE = 5.0
 """Size that the rig without one of two causes has, with the other one in the model, where both are asked for [1]."""
 MINUTE = 60.0
@@ -108,6 +109,14 @@ def _asked(line: Line, hit: bool) -> bool | None:
     return None if "reason" in line else hit
 
 
+def _held(line: Line, alike: Judged) -> bool | None:
+    """Whether `ci95` holds what fresh runs close; None of an answer that does not name the truth or promises nothing."""
+    if line["ci95"] is None or line["fresh"] is None or not names_the_truth(line):
+        return None
+    low, high = line["ci95"]
+    return low <= line["fresh"] <= high
+
+
 def _claims(line: Line, alike: Judged) -> bool:
     return line.get("verdict") in CLAIMS
 
@@ -124,6 +133,7 @@ ROWS = (
     Row("… false names alone", "at most 5 %", ("messy",), _among_small("false")),
     Row("nothing missing: any name", "at most 1 %", ("none",), _claims),
     Row("a cause outside the list: any name", "at most 6 %", ("outside",), _claims),
+    Row("`ci95` holds what 12 fresh runs close", "90 to 99 %", PROMISED, _held),
     Row("names under `partial`: all true", "95 %", EVERY, _true_in_part),
     Row(
         "measured rig, changed: a change, alone or beside what is published",

@@ -36,14 +36,8 @@ from rwjax.rig.columns import unit_of
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = tuple(ROOT / "docs" / f"{name}.md" for name in ("verdict", "measured"))
 SIMULATED, MEASURED = ROOT / "experiments" / "blind" / "results", ROOT / "experiments" / "real" / "results"
-MEASURED_FILES = SETS, PAIRS, LATER_PAIRS, REPEATED, FREED = (
-    "sets",
-    "frozen",
-    "frozen_later",
-    "repeated",
-    "repeated_friction",
-)
-"""Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld, by two searches."""
+MEASURED_FILES = SETS, PAIRS = "sets", "repeated_friction"
+"""Files of measured rigs: each set of published logs, and pairs of set-ups of which one's label is withheld."""
 ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_again"
 """Folder and file of the same questions asked otherwise."""
 TOLD = "fourth_told"
@@ -187,9 +181,9 @@ def what_was_changed(line: Line) -> str:
     return "gain of the servo" if all("kp" in name for name in line["changed"]) else "payload or arm"
 
 
-def measured_pairs(name: str) -> Block:
-    """What is said of pairs of measured set-ups in a file of results, by what was changed."""
-    among, rows = lines(name), []
+def measured_pairs() -> Block:
+    """What is said of pairs of measured set-ups, by what was changed."""
+    among, rows = lines(PAIRS), []
     groups = {what: [line for line in among if what_was_changed(line) == what] for what in (*CHANGED, "nothing")}
     groups["all that changed"] = [line for line in among if line["changed"]]
     for what, group in groups.items():
@@ -201,7 +195,7 @@ def measured_pairs(name: str) -> Block:
         rows.append([what, str(len(group)), *told, share(rest, len(group))])
     named = ["named alone", "in a set with another", "in part", "beside what is published"]
     head = ["changed", "pairs", *named, "a false name", "nothing said"]
-    return Block((name,), Table("Pairs of measured set-ups", head, rows))
+    return Block((PAIRS,), Table("Pairs of measured set-ups", head, rows))
 
 
 def asked_otherwise(number: int) -> Block:
@@ -262,10 +256,7 @@ BLOCKS: dict[str, Callable[[], Block]] = {
     "asked-again": partial(asked_otherwise, 0),
     "asked-again-differ": partial(asked_otherwise, 1),
     "measured-sets": measured_sets,
-    "measured-pairs": partial(measured_pairs, PAIRS),
-    "measured-pairs-later": partial(measured_pairs, LATER_PAIRS),
-    "measured-pairs-repeated": partial(measured_pairs, REPEATED),
-    "measured-pairs-freed": partial(measured_pairs, FREED),
+    "measured-pairs": measured_pairs,
 }
 
 

@@ -43,11 +43,8 @@ def test_answers_of_several_sets_are_judged_by_what_the_oracle_said_of_their_own
     assert verdict_page.newest(table)().table.rows == [["0", "0"], ["1", "1"]]
 
 
-@pytest.mark.parametrize(
-    "name", [verdict_page.PAIRS, verdict_page.LATER_PAIRS, verdict_page.REPEATED, verdict_page.FREED]
-)
-def test_every_claim_of_a_pair_is_counted_as_one(name: str) -> None:
-    for line in verdict_page.lines(name):
+def test_every_claim_of_a_pair_is_counted_as_one() -> None:
+    for line in verdict_page.lines(verdict_page.PAIRS):
         worth = worth_of_pair(line)
         assert (worth in verdict_page.OF_PAIRS) == (
             (line["verdict"] in CLAIMS and bool(line["changed"])) or worth == "wrong"

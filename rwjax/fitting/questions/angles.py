@@ -31,7 +31,11 @@ def about_degrees(runs: Sequence[Run], in_rad: Callable[[], Sequence[Run]]) -> l
     if not names or max(shares) >= NOTHING:
         return []
     others = in_rad()
-    asked = [run.log for run, share, other in zip(runs, shares, others, strict=True) if plainly_better(share, other)]
+    asked = [
+        run.log
+        for run, share, other in zip(runs, shares, others, strict=True)
+        if plainly_better(share, explained(other))
+    ]
     if not asked or any(explained(other) < share for share, other in zip(shares, others, strict=True)):
         return []
     return [

@@ -8,9 +8,11 @@ import numpy as np
 from rwjax.errors import LogError, refuses_other_types
 from rwjax.fitting.initial_guess import START_S
 from rwjax.fitting.problem import Problem, pose
+from rwjax.fitting.questions.after_a_fit import about_what_a_fit_leaves
 from rwjax.fitting.questions.angles import about_degrees, from_degrees
 from rwjax.fitting.questions.clock import about_clock
 from rwjax.fitting.questions.command import about_fractions, about_other_runs, about_pulses
+from rwjax.fitting.questions.free_runs import free_runs, logs_read, numbers_of_runs
 from rwjax.fitting.questions.likeness import Question, Run
 from rwjax.fitting.questions.rates import about_rates
 from rwjax.fitting.questions.readings import IN_MILLI, about_readings
@@ -20,11 +22,9 @@ from rwjax.logs.driven import driven
 from rwjax.logs.dropouts import dropouts, without_dropouts
 from rwjax.logs.findings import leaping
 from rwjax.logs.log import Log
-from rwjax.logs.segments import cut_up, put_together, runs_of
+from rwjax.logs.segments import cut_up, runs_of
 from rwjax.plant.from_rig import structure_of, theta_of
 from rwjax.rig.model import Rig
-from rwjax.simulation.batch import Batch, by_sample
-from rwjax.simulation.free_run import free_run
 
 
 @refuses_other_types
@@ -47,9 +47,9 @@ def questions(rig: Rig, logs: Sequence[Log]) -> list[Question]:
     """
     if not logs:
         raise LogError("no log to ask about; give at least one")
-    rig, logs = driven(rig, logs)
-    structure = structure_of(rig)
-    return ask(pose(structure, cut_up(logs)), theta_of(rig, structure))
+    how, runs = driven(rig, logs)
+    structure = structure_of(how)
+    return ask(pose(structure, cut_up(runs)), theta_of(how, structure)) or about_what_a_fit_leaves(rig, logs)
 
 
 def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
@@ -64,14 +64,14 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
     """
     dropped, problem, theta = _without_dropouts(problem, theta)
     outputs = problem.structure.outputs
-    if leap := [Question(f"{log.name}: {says}") for log in _read(problem) for says in leaping(log, outputs)]:
+    if leap := [Question(f"{log.name}: {says}") for log in logs_read(problem) for says in leaping(log, outputs)]:
         return [*dropped, *leap]  # behind which no free run is near
-    if contradicted := about_servos(_read(problem), problem.structure.unsigned):
+    if contradicted := about_servos(logs_read(problem), problem.structure.unsigned):
         return [*dropped, *contradicted]  # no simulation tells more of readings that contradict one another
-    runs = _free_runs(problem, theta, problem.batch, problem.start)
+    runs = free_runs(problem, theta, problem.batch, problem.start)
     if unsigned := about_lost_signs(runs):
-        problem, theta = _posed_anew(problem, theta, _read(problem), unsigned)
-        runs = _free_runs(problem, theta, problem.batch, problem.start)
+        problem, theta = _posed_anew(problem, theta, logs_read(problem), unsigned)
+        runs = free_runs(problem, theta, problem.batch, problem.start)
     if fractions := about_fractions(runs):  # beside which every reading is too large, and in no unit
         return [*dropped, *unsigned.values(), *fractions]
     whole = not any(
@@ -87,22 +87,19 @@ def ask(problem: Problem, theta: np.ndarray) -> list[Question]:
         return [*dropped, *unsigned.values(), *degrees]
     steps = [] if IN_MILLI in readings else [*pulses]  # a command is in thousandths or in steps of a PWM, not both
     asked = [*readings, *clocks, *steps, *about_other_runs(runs, explained)]
-    asked = asked or about_rates(_read(problem), problem.structure.unsigned)  # last, since a clock shows in a rate, too
+    asked = asked or about_rates(
+        logs_read(problem), problem.structure.unsigned
+    )  # last, since a clock shows in a rate, too
     return [*dropped, *unsigned.values(), *asked]
 
 
 def _without_dropouts(problem: Problem, theta: np.ndarray) -> tuple[list[Question], Problem, np.ndarray]:
     """Questions about drop-outs, and the problem and its numbers without any drop-out."""
-    found = [(log, dropouts(log)) for log in _read(problem)]
+    found = [(log, dropouts(log)) for log in logs_read(problem)]
     asked = [Question(f"{log.name}: {one.says}") for log, several in found for one in several]
     if not asked:
         return [], problem, theta
     return asked, *_posed_anew(problem, theta, [without_dropouts(log, several) for log, several in found])
-
-
-def _read(problem: Problem) -> list[Log]:
-    """The logs that are read, as whole runs."""
-    return [put_together([problem.logs[k] for k in run]) for run in _runs(problem)]
 
 
 def _posed_anew(
@@ -112,35 +109,9 @@ def _posed_anew(
     structure = problem.structure
     structure = structure._replace(unsigned=tuple(sorted({*structure.unsigned, *unsigned})))
     other = pose(structure, cut_up(logs), problem.noise, per_run=problem.per_run, solver=problem.solver)
-    shared, numbers = len(structure.names), runs_of(problem.logs)[[run[0] for run in _runs(problem)]]
+    shared, numbers = len(structure.names), runs_of(problem.logs)[[run[0] for run in numbers_of_runs(problem)]]
     own = theta[shared:].reshape(-1, max(len(problem.per_run), 1))[numbers] if problem.per_run else np.zeros(0)
     return other, np.concatenate([theta[:shared], own.ravel()])
-
-
-def _free_runs(problem: Problem, theta: np.ndarray, batch: Batch, start: np.ndarray) -> list[Run]:
-    """The logs that are read, with their free runs in a batch that is laid out as the problem's."""
-    y = np.asarray(free_run(problem.structure, theta, start, batch, solver=problem.solver)[0])
-    names = problem.structure.outputs
-    runs = []
-    for logs in _runs(problem):
-        segments = [problem.logs[k] for k in logs]
-        samples = np.concatenate(
-            [by_sample(problem.batch, k, y[k], len(log.time)) for k, log in zip(logs, segments, strict=True)]
-        )
-        whole = put_together(segments)
-        simulated = {
-            name: y for name, y in whole.outputs.items() if name in names
-        }  # not a current of a rig without a motor
-        runs.append(Run(replace(whole, outputs=simulated), {name: samples[:, j] for j, name in enumerate(names)}))
-    return runs
-
-
-def _runs(problem: Problem) -> list[list[int]]:
-    """Numbers of the logs that are read, run by run."""
-    found: dict[int, list[int]] = {}
-    for k in map(int, problem.logs_with_readings):
-        found.setdefault(int(runs_of(problem.logs)[k]), []).append(k)
-    return list(found.values())
 
 
 def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
@@ -153,7 +124,7 @@ def _in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
             if rate_name not in log.outputs:
                 start[k, problem.structure.states.index(rate)] /= factor
     scaled = batch._replace(h=factor * batch.h, t_command=factor * batch.t_command, t0=factor * batch.t0)
-    return _free_runs(problem, theta, scaled, start)
+    return free_runs(problem, theta, scaled, start)
 
 
 def _laid_out_in_time(problem: Problem, theta: np.ndarray, factor: float) -> list[Run]:
@@ -165,20 +136,20 @@ def _laid_out_in_time(problem: Problem, theta: np.ndarray, factor: float) -> lis
             origin=factor * log.origin,
             earlier=(factor * log.earlier[0], log.earlier[1]),
         )
-        for log in _read(problem)
+        for log in logs_read(problem)
     ]
     other, theta = _posed_anew(problem, theta, logs)
-    return _free_runs(other, theta, other.batch, other.start)
+    return free_runs(other, theta, other.batch, other.start)
 
 
 def _in_rad(problem: Problem, theta: np.ndarray) -> list[Run]:
     """Free runs of the logs that are read, their angles taken for degrees."""
-    other, theta = _posed_anew(problem, theta, [from_degrees(log) for log in _read(problem)])
-    return _free_runs(other, theta, other.batch, other.start)
+    other, theta = _posed_anew(problem, theta, [from_degrees(log) for log in logs_read(problem)])
+    return free_runs(other, theta, other.batch, other.start)
 
 
 def _under(problem: Problem, theta: np.ndarray, volts: Sequence[np.ndarray]) -> list[Run]:
     """Free runs of the logs that are read under other commands."""
-    logs = [replace(log, command=u) for log, u in zip(_read(problem), volts, strict=True)]
+    logs = [replace(log, command=u) for log, u in zip(logs_read(problem), volts, strict=True)]
     other, theta = _posed_anew(problem, theta, logs)
-    return _free_runs(other, theta, other.batch, other.start)
+    return free_runs(other, theta, other.batch, other.start)

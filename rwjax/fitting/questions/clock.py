@@ -33,7 +33,7 @@ def about_clock(runs: Sequence[Run], in_time: Callable[[float], Sequence[Run]]) 
     for factor in FACTORS:
         asked = {k: share for k, share in shares.items() if _plausible(runs[k].log, factor)}
         other = in_time(factor) if asked else []
-        if not any(plainly_better(share, other[k]) for k, share in asked.items()):
+        if not any(plainly_better(share, explained(other[k])) for k, share in asked.items()):
             continue
         # beside a log whose time is plainly another one, so are those that it explains better
         slow = [k for k, run in enumerate(runs) if explained(other[k]) > explained(run) and _plausible(run.log, factor)]

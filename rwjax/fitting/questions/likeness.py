@@ -117,14 +117,14 @@ def explained(run: Run) -> float:
     return float(np.mean([max(likeness(run, name).explained, -1.0) for name in run.log.outputs]))
 
 
-def plainly_better(share: float, other: Run) -> bool:
+def plainly_better(share: float, other: float) -> bool:
     """Whether a log in another unit is like its free run, and as it is was not.
 
     Args:
         share: Share of the motion that the free run explains where the log is as it is [1].
-        other: The log in the other unit, with its free run.
+        other: The same of the log in the other unit [1].
 
     Returns:
         True where little is left, against the motion and against what was left.
     """
-    return share < AS_IT_IS and 1.0 - explained(other) < min(LEFT, LEAVES * (1.0 - share))
+    return share < AS_IT_IS and 1.0 - other < min(LEFT, LEAVES * (1.0 - share))

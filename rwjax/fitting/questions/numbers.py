@@ -4,15 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rwjax.fitting.coordinates import coordinates
-from rwjax.fitting.multiple_shooting import Fit, least_squares
-from rwjax.fitting.problem import pose
-from rwjax.fitting.scales import sizes_of
-from rwjax.fitting.segments import cut_up
+from rwjax.fitting.multiple_shooting import Fit
+from rwjax.fitting.questions.own_numbers import at_own_numbers
 from rwjax.fitting.uncertainty import Uncertainty, scores, strongly_tied, uncertainty
-from rwjax.logs.driven import driven
 from rwjax.logs.log import Log
-from rwjax.plant.from_rig import bounds_of, structure_of, theta_of
 from rwjax.rig.model import Rig
 
 BARELY = 0.3
@@ -33,7 +28,7 @@ def tells_something(rig: Rig, logs: Sequence[Log]) -> bool:
     Returns:
         False where no free number leaves a trace, and true where that cannot be said.
     """
-    here = _at_own_numbers(rig, logs)
+    here = at_own_numbers(rig, logs)
     return here is None or _told(here, uncertainty(here))
 
 
@@ -48,7 +43,7 @@ def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
         One sentence each; none where the logs tell every free number, and where nothing is free. A `NothingTold` alone where no free
         number leaves a trace.
     """
-    if (here := _at_own_numbers(rig, logs)) is None:
+    if (here := at_own_numbers(rig, logs)) is None:
         return []
     found = uncertainty(here)
     if not _told(here, found):
@@ -80,18 +75,3 @@ def about_numbers(rig: Rig, logs: Sequence[Log]) -> list[str]:
 def _told(here: Fit, found: Uncertainty) -> bool:
     """Whether any free number leaves a trace, or may leave one off the bound on which they all sit."""
     return found.tells_something or bool(np.logical_or(*here.coordinates.on_bound(here.theta)).all())
-
-
-def _at_own_numbers(rig: Rig, logs: Sequence[Log]) -> Fit | None:
-    """A fit that has not moved; None where nothing is free, nothing was read, or the run leaves the range of numbers."""
-    rig, logs = driven(rig, logs)
-    structure = structure_of(rig)
-    free = np.array([name in rig.free for name in structure.names])
-    if not free.any() or not any(np.isfinite(y).any() for log in logs for y in log.outputs.values()):
-        return None
-    theta = theta_of(rig, structure)
-    size = sizes_of(rig, structure, theta, logs)
-    problem = pose(structure, cut_up(logs), prior=rig.prior)
-    moves = coordinates(theta, free, bounds_of(rig, structure), size, prior=bool(rig.prior))
-    here = least_squares(problem, moves, theta, most_steps=0)
-    return here if all(np.isfinite(a).all() for a in here.evaluation) else None  # the questions about units say why
