@@ -96,7 +96,7 @@ def first_estimates(
     if freed:
         found = weak_form(replace(rig.with_values(dict.fromkeys(none, 0.0)), free=free), logs).rig
     for n in free:
-        if _told(found, n):
+        if told(found, n):
             notes += _far_from_mass(found, n, numbers[n])
             numbers = numbers | _by_regression(numbers, n, found.values[n])
         else:
@@ -110,7 +110,7 @@ def _without_friction(rig: Rig, logs: Sequence[Log], least: int) -> tuple[Rig, d
     """The regression without the frictions that are none, of which so many numbers at least stay, and these with the regression that found each so."""
     found, none = weak_form(rig, logs).rig, {}
     rest = found.free
-    while len(rest) > least and (untold := [n for n in rest if _is_friction(n) and not _told(found, n)]):
+    while len(rest) > least and (untold := [n for n in rest if _is_friction(n) and not told(found, n)]):
         worst = min(untold, key=lambda n: found.values[n] / found.standard_error.get(n, math.inf))
         none[worst] = found
         rest = tuple(n for n in rest if n != worst)
@@ -123,8 +123,16 @@ def _is_friction(name: str) -> bool:
     return ".friction" in name
 
 
-def _told(found: Rig, name: str) -> bool:
-    """Whether an estimate is larger than its standard error; friction, and what cannot be negative, has to be above 0 by it."""
+def told(found: Rig, name: str) -> bool:
+    """Whether an estimate is larger than its standard error; friction, and what cannot be negative, has to be above 0 by it.
+
+    Args:
+        found: The rig with estimates and standard errors [SI].
+        name: Name of a free number.
+
+    Returns:
+        Whether the logs tell it.
+    """
     value, error = found.values[name], found.standard_error.get(name, math.inf)
     above = _is_friction(name) or "positive" in NUMBERS[name].sign
     return (value if above else abs(value)) > error
@@ -179,7 +187,7 @@ def _speed_per_volt(rig: Rig, logs: Sequence[Log]) -> tuple[float, float] | None
         ).rig
     except InputError:
         return None
-    if not _told(found, TORQUE_CONSTANT):
+    if not told(found, TORQUE_CONSTANT):
         return None
     speed = rig.values[TORQUE_CONSTANT] / found.values[TORQUE_CONSTANT]
     return speed, speed * found.standard_error[TORQUE_CONSTANT] / found.values[TORQUE_CONSTANT]

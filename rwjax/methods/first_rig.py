@@ -25,7 +25,8 @@ from rwjax.logs.propose import (
 from rwjax.logs.read import read_logs
 from rwjax.logs.read_sheet import read_sheet
 from rwjax.logs.sheet import Sheet
-from rwjax.methods.first_estimates import first_estimates, rounded
+from rwjax.methods.first_estimates import WEIGHT, first_estimates, rounded
+from rwjax.methods.hanging import hanging
 from rwjax.methods.known import Known
 from rwjax.methods.mujoco_joint import MujocoJoint
 from rwjax.methods.servo_scale import KD, KP, servo_numbers
@@ -179,6 +180,10 @@ def first_rig(
         head = "# No number is estimated yet: fill in what is known of the servo, then `rwjax check`.\n"
         return _said(head + text(numbers), said)
     K = numbers.get("motor.torque_constant")
+    if kind == "joint" and WEIGHT not in numbers:
+        weight = hanging(lambda more: parse_rig(text(numbers | more)), logs)
+        numbers, logs, said = numbers | weight.numbers, weight.logs, (*said, *weight.notes)
+        rig = parse_rig(text(numbers))
     try:
         found = first_estimates(rig, logs, numbers, by_no_load_speed=K is not None and K.why == BY_NO_LOAD)
     except InputError as why:
