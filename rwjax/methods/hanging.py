@@ -34,7 +34,8 @@ class Hanging(NamedTuple):
 def hanging(rig_of: Callable[[dict[str, Known]], Rig], logs: Sequence[Log]) -> Hanging:
     """A weight that the logs tell by themselves, or would tell without a mistake in the command's sign or the angle's unit.
 
-    A weight pulls with the sine of the angle, as little else does. It is believed where the inertia is told beside it.
+    A weight pulls with the sine of the angle, as little else does. A negative one, of a link that stands up at angle 0, and one that a mistake
+    hides are believed where the inertia is told beside it.
 
     Args:
         rig_of: The first rig file with further numbers.
@@ -48,21 +49,26 @@ def hanging(rig_of: Callable[[dict[str, Known]], Rig], logs: Sequence[Log]) -> H
         WEIGHT_ANGLE: Known(0.0, "0 where the link hangs down at angle 0"),
     }
     rig = rig_of(numbers)
-    if _tell_a_weight(rig, logs):
+    weight, moves = _weight(rig, logs)
+    if weight > 0.0 or (
+        weight < 0.0 and moves
+    ):  # a slow motion tells a weight alone, but not which way the command acts
         note = f"{WEIGHT}: the logs tell a torque that goes with the angle as a weight's does; where nothing hangs, take [axis.gravity] out"
         return Hanging(numbers, logs, (note,))
     for without, what, asks in WAYS:
-        if _tell_a_weight(rig, mended := [without(log) for log in logs]):
+        weight, moves = _weight(rig, mended := [without(log) for log in logs])
+        if weight > 0.0 and moves:
             note = f"with {what} the logs tell a weight, and as they are none: {asks}. The numbers are those with that done"
             return Hanging(numbers, mended, (note,))
     return Hanging({}, logs)
 
 
-def _tell_a_weight(rig: Rig, logs: Sequence[Log]) -> bool:
-    """Whether a regression tells the weight for sure, and the inertia beside it."""
+def _weight(rig: Rig, logs: Sequence[Log]) -> tuple[float, bool]:
+    """The weight by a regression [N m], 0 where it is not told for sure, and whether the inertia is told beside it."""
     try:
         found = weak_form(rig, logs).rig
     except (InputError, ValueError):  # a regression that runs off tells nothing
-        return False
+        return 0.0, False
     value, error = found.values[WEIGHT], found.standard_error.get(WEIGHT, 0.0)
-    return abs(value) > SURELY * error > 0.0 and (INERTIA not in rig.free or told(found, INERTIA))
+    surely = abs(value) > SURELY * error > 0.0
+    return value if surely else 0.0, INERTIA not in rig.free or told(found, INERTIA)

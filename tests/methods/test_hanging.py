@@ -69,6 +69,21 @@ def test_a_mistake_that_hides_the_weight_is_said_and_undone(wrong: Callable[[Log
         assert log.outputs["yaw_rad"] == pytest.approx(right.outputs["yaw_rad"])
 
 
+def test_a_link_that_stands_up_at_angle_0_is_no_mistake() -> None:
+    about_pi = [replace(log, outputs={"yaw_rad": log.outputs["yaw_rad"] + np.pi}) for log in HANGS]
+    found = hanging(with_weight, about_pi)
+    assert found.logs is about_pi and WEIGHT in found.numbers
+
+
+def test_a_slow_motion_that_the_command_balances_tells_the_weight_and_no_sign() -> None:
+    """An arm led by hand under a controller that carries its weight: the torque goes with the sine, and nothing tells the inertia."""
+    angle = 0.8 * np.sin(0.5 * TIME) + 1e-3 * np.random.default_rng(0).normal(size=len(TIME))
+    volts = 1.5 * 2.0 / 0.9 * np.sin(0.8 * np.sin(0.5 * TIME)) + 0.9 * 0.4 * np.cos(0.5 * TIME)
+    led = replace(record(TIME, volts, {"yaw_rad": angle}), name="led.csv")
+    found = hanging(with_weight, [led])
+    assert found.logs == [led] and not any("sign" in note for note in found.notes)
+
+
 def test_a_joint_without_a_weight_has_none() -> None:
     level = [moved(seed) for seed in (3, 4)]
     found = hanging(with_weight, level)
