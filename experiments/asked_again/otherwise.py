@@ -118,10 +118,11 @@ def in_other_units(question: Question) -> Question:
         if name in units:
             line["unit"] = units[name][0]
         table[name] = line
-    for name, (_, factor) in units.items():
-        other = other.each(
-            lambda log, name=name, factor=factor: log.times(factor, *([name] if name in log.columns else []))
+    other = other.each(
+        lambda log: log._replace(
+            values=log.values * np.array([units[name][1] if name in units else 1.0 for name in log.columns])
         )
+    )
     return other.each(
         lambda log: log._replace(columns=[f"my {name}" if name in units else name for name in log.columns])
     )

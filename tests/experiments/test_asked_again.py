@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomlkit
 
-from experiments.asked_again.otherwise import FACTOR, LATER, WAYS, Question, read_question, write_question
+from experiments.asked_again.otherwise import FACTOR, LATER, WAYS, Question, Written, read_question, write_question
 from experiments.asked_again.run import alike
 from experiments.blind.cases import make_case, write_case
 from rwjax import read_logs, read_rig
@@ -48,6 +49,13 @@ def test_every_way_says_the_same(way: str, question: Question, tmp_path: Path) -
     assert {name: other_rig.numbers[name] for name in held} == held and other_rig.free == rig.free
     guesses = [abs(other_rig.numbers[name] / rig.numbers[name]) for name in rig.free]
     assert all(1.0 / FACTOR <= g <= FACTOR for g in guesses) and (guesses != [1.0] * len(guesses)) == ("guesses" in way)
+
+
+def test_an_angle_and_its_rate_are_each_in_their_own_unit() -> None:
+    values = np.array([[0.5, 1.0, np.pi, 2.0 * np.pi]])
+    log = Written([], ["time_s", "voltage_V", "yaw_rad", "yaw_rad_s"], values)
+    other = WAYS["other units"](Question(tomlkit.document(), {"run.csv": log})).logs["run.csv"]
+    assert other.values[0] == pytest.approx([500.0, 1.0, 180.0, 360.0])
 
 
 @pytest.mark.slow
