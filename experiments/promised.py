@@ -19,6 +19,7 @@ from experiments.blind.commands import command
 from experiments.blind.draw import PLANS, cases, read
 from experiments.blind.further import recorded, with_run
 from experiments.blind.messy import case_from, prepared_of
+from experiments.blind.score import share
 from experiments.commit import commit
 from experiments.realdata import ROOT
 from experiments.speed.table import machine, show
@@ -86,6 +87,14 @@ def wanted(name: str) -> list[dict]:
     ]
 
 
+def held(line: dict) -> bool | None:
+    """Whether `ci95` holds what fresh runs close; None of an answer that does not name the truth, or promises nothing."""
+    if line["ci95"] is None or line["fresh"] is None or not names_the_truth(line):
+        return None
+    low, high = line["ci95"]
+    return low <= line["fresh"] <= high
+
+
 def names_the_truth(line: dict) -> bool:
     """Whether an answer names all large causes and no other."""
     return {*line["effects"]} == {*split(line["effect"])}
@@ -93,14 +102,13 @@ def names_the_truth(line: dict) -> bool:
 
 def report(lines: Sequence[dict]) -> None:
     """Prints how often the interval holds what fresh runs close, by kind of rig."""
-    told = [line for line in lines if line["ci95"] and line["fresh"] is not None and names_the_truth(line)]
+    told = [line for line in lines if held(line) is not None]
     rows = []
     for kind in (*dict.fromkeys(line["kind"] for line in told), "all"):
         of = [line for line in told if kind in (line["kind"], "all")]
         low = sum(line["fresh"] < line["ci95"][0] for line in of)
-        high = sum(line["fresh"] > line["ci95"][1] for line in of)
-        held = len(of) - low - high
-        rows.append([kind, f"{len(of)}", f"{100.0 * held / max(len(of), 1):.0f} %", f"{low}", f"{high}"])
+        inside = sum(bool(held(line)) for line in of)
+        rows.append([kind, f"{len(of)}", share(inside, len(of)), f"{low}", f"{len(of) - low - inside}"])
     head = ["kind", "cases", "ci95 holds what fresh runs close", "they close less", "they close more"]
     show(f"{RUNS} fresh runs of each rig; {machine()}", head, rows)
 

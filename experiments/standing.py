@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from experiments.blind.draw import cases
 from experiments.blind.score import RIGHT, Judged, Line, among_small, outcome, share
-from experiments.promised import names_the_truth
+from experiments.promised import held
 from experiments.real.published import PUBLISHED
 from experiments.real.run import outcome as outcome_of_pair
 from experiments.speed.table import Table
@@ -109,14 +109,6 @@ def _asked(line: Line, hit: bool) -> bool | None:
     return None if "reason" in line else hit
 
 
-def _held(line: Line, alike: Judged) -> bool | None:
-    """Whether `ci95` holds what fresh runs close; None of an answer that does not name the truth or promises nothing."""
-    if line["ci95"] is None or line["fresh"] is None or not names_the_truth(line):
-        return None
-    low, high = line["ci95"]
-    return low <= line["fresh"] <= high
-
-
 def _claims(line: Line, alike: Judged) -> bool:
     return line.get("verdict") in CLAIMS
 
@@ -133,7 +125,7 @@ ROWS = (
     Row("… false names alone", "at most 5 %", ("messy",), _among_small("false")),
     Row("nothing missing: any name", "at most 1 %", ("none",), _claims),
     Row("a cause outside the list: any name", "at most 6 %", ("outside",), _claims),
-    Row("`ci95` holds what 12 fresh runs close", "90 to 99 %", PROMISED, _held),
+    Row("`ci95` holds what 12 fresh runs close", "90 to 99 %", PROMISED, lambda line, _: held(line)),
     Row("names under `partial`: all true", "95 %", EVERY, _true_in_part),
     Row(
         "measured rig, changed: a change, alone or beside what is published",

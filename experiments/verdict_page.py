@@ -15,6 +15,7 @@ from experiments import standing
 from experiments.asked_again import run as asked_again
 from experiments.blind.draw import read
 from experiments.blind.score import (
+    TITLES,
     Judged,
     Line,
     by,
@@ -42,23 +43,14 @@ ASKED_AGAIN, AGAIN = ROOT / "experiments" / "asked_again" / "results", "asked_ag
 """Folder and file of the same questions asked otherwise."""
 TOLD = "fourth_told"
 """File of messy cases whose true names were the only candidates."""
-TITLES = {
-    "single": "One cause",
-    "pair": "Two causes",
-    "messy": "Large causes among small ones",
-    "outside": "A cause outside the list",
-    "none": "Nothing missing",
-}
-"""What the rig lacks, by the group of its cases."""
 BLOCK = re.compile(r"(<!-- table: ([\w-]+) -->\n).*?(<!-- end -->)", re.S)
 
 
 class Block(NamedTuple):
-    """A table, the names of the result files that it is of, and the groups of their cases; all where none is named."""
+    """A table, and the names of the result files that it is of; none where the page's own table of files says it."""
 
     files: tuple[str, ...]
     table: Table
-    groups: tuple[str, ...] = ()
 
 
 def path(name: str) -> Path:
@@ -87,11 +79,11 @@ def source(name: str, groups: Collection[str] = ()) -> str:
 def text(block: Block) -> str:
     """What stands between the markers."""
     title, head, rows = block.table
-    files = ", then ".join(source(name, block.groups) for name in block.files)
+    files = ", then ".join(map(source, block.files))
     return f"\n*{title}.{f' From {files}.' if files else ''}*\n\n{markdown(head, rows)}\n\n"
 
 
-def newest(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
+def of_newest(make: Callable[[Sequence[Line], Judged], Table], *groups: str) -> Callable[[], Block]:
     """A table of the newest answers to all groups of cases, or to some."""
 
     def block() -> Block:
@@ -240,19 +232,19 @@ def answered() -> Block:
 BLOCKS: dict[str, Callable[[], Block]] = {
     "standing": where_it_stands,
     "files": answered,
-    "worth": newest(worth),
-    "reached": newest(reached),
-    "by-size": newest(partial(by, "size"), "single"),
-    "by-kind": newest(partial(by, "kind"), "single"),
-    "messy": newest(lambda among, _: messy("Large causes among small ones", among), "messy"),
-    "messy-closed": newest(lambda among, _: closed_by_the_truth(among), "messy"),
+    "worth": of_newest(worth),
+    "reached": of_newest(reached),
+    "by-size": of_newest(partial(by, "size"), "single"),
+    "by-kind": of_newest(partial(by, "kind"), "single"),
+    "messy": of_newest(lambda among, _: messy("Large causes among small ones", among), "messy"),
+    "messy-closed": of_newest(lambda among, _: closed_by_the_truth(among), "messy"),
     "told-all": all_told,
-    "outside": newest(outside, "outside"),
-    "subsystems": newest(partial(families, "subsystem"), "single"),
-    "coordinates": newest(partial(families, "coordinate"), "single"),
-    "said": newest(lambda among, _: calibrations(among)[0], "single", "pair", "none"),
-    "risk-probability": newest(risk, "single", "outside", "none"),
-    "risk-floors": newest(partial(risk, by_floors=True), "single", "outside", "none"),
+    "outside": of_newest(outside, "outside"),
+    "subsystems": of_newest(partial(families, "subsystem"), "single"),
+    "coordinates": of_newest(partial(families, "coordinate"), "single"),
+    "said": of_newest(lambda among, _: calibrations(among)[0], "single", "pair", "none"),
+    "risk-probability": of_newest(risk, "single", "outside", "none"),
+    "risk-floors": of_newest(partial(risk, by_floors=True), "single", "outside", "none"),
     "asked-again": partial(asked_otherwise, 0),
     "asked-again-differ": partial(asked_otherwise, 1),
     "measured-sets": measured_sets,

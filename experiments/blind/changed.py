@@ -10,19 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from experiments.blind.draw import read
-from experiments.blind.score import Judged, Line, judged, judgement, share
+from experiments.blind.score import TITLES, Line, judged, judgement
 from experiments.speed.table import Table, show
 
 GAP = 0.01
 """Floors by which a gap may move without being listed."""
-TITLES = {
-    "single": "One cause",
-    "pair": "Two causes",
-    "outside": "A cause outside the list",
-    "none": "Nothing missing",
-    "messy": "Large causes among small ones",
-    "small": "Small causes alone",
-}
 
 
 def differences(old: Line, new: Line, gap: float = GAP) -> list[str]:
@@ -45,19 +37,6 @@ def both_of(earlier: Sequence[Line], later: Sequence[Line]) -> list[tuple[Line, 
     """The earlier and the later answer to each case that has both."""
     first = {line["index"]: line for line in earlier}
     return [(first[line["index"]], line) for line in later if line["index"] in first]
-
-
-def counted(both: Sequence[tuple[Line, Line]], alike: Judged, shared: bool = False) -> Table:
-    """How often each outcome is there earlier and later, by what the rig lacks; later as a share too if `shared`."""
-    table = []
-    for group, title in TITLES.items():
-        among = [pair for pair in both if pair[1]["group"] == group]
-        then, now = (Counter(judgement(pair[k], alike) for pair in among) for k in (0, 1))
-        for name in sorted(then | now, key=lambda name: (name != "right", name)):
-            row = [f"{title}, {len(among)}", name, str(then[name]), str(now[name])]
-            table.append(row + [share(now[name], len(among))] * shared)
-    head = ["what the rig lacks", "outcome", "earlier", "later"] + ["later, share"] * shared
-    return Table(f"The same {len(both)} cases", head, table)
 
 
 def each(both: Sequence[tuple[Line, Line]], gap: float) -> Table:

@@ -113,6 +113,17 @@ def among_small(line: Line) -> str:
     return "named" if whole else "part"
 
 
+TITLES = {
+    "single": "One cause",
+    "pair": "Two causes",
+    "outside": "A cause outside the list",
+    "none": "Nothing missing",
+    "messy": "Large causes among small ones",
+    "small": "Small causes alone",
+}
+"""What the rig lacks, by the group of its cases."""
+
+
 def judgement(line: Line, alike: Judged) -> str:
     """`right`, or what it is instead; of a cause outside the list `unknown` is right, where nothing is missing `none`."""
     if line["group"] in ("outside", "none"):

@@ -1,8 +1,8 @@
 """Every limit of the diagnosis with its meaning and its origin, in one frozen object that is passed down.
 
 The verdict's limits were calibrated by `experiments/blind/calibrate.py` on `experiments/blind/sets/calibrate.jsonl`. All others are
-proposals. They were tried on simulated cases of the sets `calibrate` and `explore`, and were frozen while the set `second` was run;
-its results are in `experiments/blind/results/second.jsonl` and docs/verdict.md.
+proposals, tried on simulated cases; where one was set after a look at cases that it was to decide, its own words say so. docs/verdict.md has what
+the search reaches with them on cases that served none.
 """
 
 from collections.abc import Iterator

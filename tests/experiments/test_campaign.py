@@ -357,23 +357,11 @@ def test_every_difference_is_told() -> None:
     assert changed.differences(old, old | {"after": float("nan")}) == ["after: +nan floors"]
 
 
-def test_outcomes_are_counted_earlier_and_later() -> None:
-    old = [
-        line(0, "axis.viscous+drive.bias", "effect", VISCOUS, group="pair"),
-        line(1, "axis.viscous", "none"),
-        OTHERS[0],
-    ]
-    new = [line(0, "axis.viscous+drive.bias", "unknown", group="pair"), line(1, "axis.viscous", "effect", VISCOUS)]
-    found = changed.counted(changed.both_of(old, new), {})
-    assert found.rows == [
-        ["One cause, 1", "right", "0", "1"],
-        ["One cause, 1", "none", "1", "0"],
-        ["Two causes, 1", "unknown", "0", "1"],
-        ["Two causes, 1", "wrong, with a true name", "1", "0"],
-    ]
-    assert changed.counted([(OTHERS[0], OTHERS[0])], {}, shared=True).rows == [
-        ["Nothing missing, 1", "right", "1", "1", "100.0 % (2.5 to 100.0)"]
-    ]
+def test_an_answer_is_right_or_what_it_is_instead_in_every_group() -> None:
+    pair = line(0, "axis.viscous+drive.bias", "effect", VISCOUS, group="pair")
+    assert score.judgement(pair, {}) == "wrong, with a true name"
+    assert score.judgement(line(1, "axis.viscous", "none"), {}) == "none"
+    assert [score.judgement(one, {}) for one in OTHERS] == ["right", "wrong", "right", "wrong", "right"]
 
 
 def test_changed_lists_cases_one_by_one(

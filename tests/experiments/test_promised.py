@@ -17,4 +17,6 @@ def test_fresh_runs_leave_the_case_as_it_is_and_differ_from_each_other() -> None
 def test_the_cases_promise_something_by_all_true_names() -> None:
     stored = {line["index"]: line for line in read(RESULTS / "fourth.jsonl")}
     asked = [stored[row["index"]] for row in wanted("fourth")]
-    assert asked and all(line["ci95"] and {*line["effects"]} == {*line["effect"].split("+")} for line in asked)
+    assert len(asked) == 28 and all(
+        line["ci95"] and {*line["effects"]} == {*line["effect"].split("+")} for line in asked
+    )

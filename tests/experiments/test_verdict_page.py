@@ -40,7 +40,7 @@ def test_answers_of_several_sets_are_judged_by_what_the_oracle_said_of_their_own
     def table(among: Sequence[dict], alike: Judged) -> Table:
         return Table("", [], [[str(line["at"]), str(len(alike[line["index"]]))] for line in among])
 
-    assert verdict_page.newest(table)().table.rows == [["0", "0"], ["1", "1"]]
+    assert verdict_page.of_newest(table)().table.rows == [["0", "0"], ["1", "1"]]
 
 
 def test_every_claim_of_a_pair_is_counted_as_one() -> None:

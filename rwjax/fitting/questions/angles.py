@@ -65,6 +65,9 @@ def from_degrees(log: Log) -> Log:
         log: The log.
 
     Returns:
-        The same, its angles in rad.
+        The same, its angles in rad; the log itself where it holds none.
     """
-    return replace(log, outputs=log.outputs | {name: np.radians(log.outputs[name]) for name in angles_of(log)})
+    angles = angles_of(log)
+    return (
+        replace(log, outputs=log.outputs | {name: np.radians(log.outputs[name]) for name in angles}) if angles else log
+    )

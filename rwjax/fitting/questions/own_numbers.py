@@ -23,12 +23,16 @@ def at_own_numbers(rig: Rig, logs: Sequence[Log]) -> Fit | None:
         logs: The logs that would be fitted.
 
     Returns:
-        The fit; None where nothing is free, nothing was read, or the run leaves the range of numbers.
+        The fit; None where nothing is free, nothing was read that is simulated, or the run leaves the range of numbers.
+
+    Raises:
+        LogError: The logs have several commands.
     """
     rig, logs = driven(rig, logs)
     structure = structure_of(rig)
     free = np.array([name in rig.free for name in structure.names])
-    if not free.any() or not any(np.isfinite(y).any() for log in logs for y in log.outputs.values()):
+    read = [y for log in logs for name, y in log.outputs.items() if name in structure.outputs]
+    if not free.any() or not any(np.isfinite(y).any() for y in read):
         return None
     theta = theta_of(rig, structure)
     size = sizes_of(rig, structure, theta, logs)

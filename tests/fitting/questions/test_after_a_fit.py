@@ -1,5 +1,6 @@
 """Where numbers are guesses, a fit tells a command that is turned over and angles in degrees; right logs are not asked about."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from rwjax import Log, Rig, simulate
 from rwjax.fitting.questions.after_a_fit import about_what_a_fit_leaves, turned_over
 from rwjax.fitting.questions.ask import questions
 from tests.joints import joint, logged, servo
-from tests.systems import record
+from tests.systems import platform, record
 
 TIME = np.arange(800) * 0.01
 NUMBERS = ("motor.torque_constant", "axis.inertia", "axis.friction.viscous", "axis.gravity.torque")
@@ -45,8 +46,27 @@ DEGREES = [replace(log, outputs={"yaw_rad": np.degrees(log.outputs["yaw_rad"])})
 def test_a_mistake_that_numbers_do_not_make_up_for_is_asked_about(logs: list[Log], says: str) -> None:
     (question,) = about_what_a_fit_leaves(GUESSES, logs)
     assert question.startswith("1.csv") and says in question
-    left, other = (float(word.split(" %")[0]) for word in question.partition("a fit leaves ")[2].split(", and "))
-    assert left > 30.0 > 20.0 > other
+    assert re.search(r": a fit leaves (all|[3-9]\d %) of the motion, and (less than 1|\d|1\d) % with ", question)
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_log_that_is_not_read_or_is_held_out_is_not_counted(place: int) -> None:
+    wrong = [turned_over(log) for log in LOGS]
+    blind = replace(LOGS[0], name="blind.csv", outputs={"yaw_rad": np.full(len(TIME), np.nan)})
+    kept = replace(LOGS[1], name="kept.csv", validate=True)
+    (question,) = about_what_a_fit_leaves(GUESSES, [*wrong[:place], blind, kept, *wrong[place:]])
+    assert question.startswith("1.csv and 2.csv: ")
+
+
+def test_readings_that_the_rig_does_not_have_are_not_asked_about() -> None:
+    rig = replace(platform(), free=("axis.inertia",))
+    log = record(TIME, 3.0 * np.sign(np.sin(TIME)), {"current_A": np.cos(TIME)})
+    assert about_what_a_fit_leaves(rig, [log]) == [] == questions(rig, [log])
+
+
+def test_a_command_before_a_log_is_turned_over_with_it() -> None:
+    log = replace(LOGS[0], earlier=(np.array([-0.1]), np.array([2.0])))
+    assert turned_over(log).earlier[1] == [-2.0] and turned_over(log).earlier[0] == [-0.1]
 
 
 def test_right_logs_of_guessed_numbers_are_not_asked_about() -> None:
