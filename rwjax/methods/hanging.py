@@ -13,7 +13,7 @@ from rwjax.rig.model import GUESS, Rig
 
 SURELY = 50.0
 """Standard errors of a weight in a regression from which a link is said to hang [1]: of simulated joints links of 1 % of the motor's torque had 130 and
-more, those without a weight 3 at most, and a spring, which pulls back likewise, 47."""
+more, those without a weight 3 at most. A spring, which pulls back likewise, had 13 and more."""
 INERTIA = "axis.inertia"
 
 
@@ -34,8 +34,8 @@ class Hanging(NamedTuple):
 def hanging(rig_of: Callable[[dict[str, Known]], Rig], logs: Sequence[Log]) -> Hanging:
     """A weight that the logs tell by themselves, or would tell without a mistake in the command's sign or the angle's unit.
 
-    A weight pulls with the sine of the angle, as little else does. A negative one, of a link that stands up at angle 0, and one that a mistake
-    hides are believed where the inertia is told beside it.
+    A weight pulls with the sine of the angle. It is believed where the inertia is told beside it; where a mistake hides it, of a link that hangs down
+    at angle 0 alone: an arm that is led by hand while its controller carries it shows a negative one with the command turned over.
 
     Args:
         rig_of: The first rig file with further numbers.
@@ -49,26 +49,25 @@ def hanging(rig_of: Callable[[dict[str, Known]], Rig], logs: Sequence[Log]) -> H
         WEIGHT_ANGLE: Known(0.0, "0 where the link hangs down at angle 0"),
     }
     rig = rig_of(numbers)
-    weight, moves = _weight(rig, logs)
-    if weight > 0.0 or (
-        weight < 0.0 and moves
-    ):  # a slow motion tells a weight alone, but not which way the command acts
-        note = f"{WEIGHT}: the logs tell a torque that goes with the angle as a weight's does; where nothing hangs, take [axis.gravity] out"
+    if _weight(rig, logs):
+        note = (
+            f"{WEIGHT}: the logs tell a torque that pulls back with the angle, as a weight does; where nothing hangs, take [axis.gravity] out, "
+            "since a spring does likewise"
+        )
         return Hanging(numbers, logs, (note,))
     for without, what, asks in WAYS:
-        weight, moves = _weight(rig, mended := [without(log) for log in logs])
-        if weight > 0.0 and moves:
+        if _weight(rig, mended := [without(log) for log in logs]) > 0.0:
             note = f"with {what} the logs tell a weight, and as they are none: {asks}. The numbers are those with that done"
             return Hanging(numbers, mended, (note,))
     return Hanging({}, logs)
 
 
-def _weight(rig: Rig, logs: Sequence[Log]) -> tuple[float, bool]:
-    """The weight by a regression [N m], 0 where it is not told for sure, and whether the inertia is told beside it."""
+def _weight(rig: Rig, logs: Sequence[Log]) -> float:
+    """The weight by a regression [N m]; 0 where it is not told for sure, or the inertia is not told beside it."""
     try:
         found = weak_form(rig, logs).rig
     except (InputError, ValueError):  # a regression that runs off tells nothing
-        return 0.0, False
+        return 0.0
     value, error = found.values[WEIGHT], found.standard_error.get(WEIGHT, 0.0)
-    surely = abs(value) > SURELY * error > 0.0
-    return value if surely else 0.0, INERTIA not in rig.free or told(found, INERTIA)
+    surely = abs(value) > SURELY * error > 0.0 and (INERTIA not in rig.free or told(found, INERTIA))
+    return value if surely else 0.0

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from rwjax import Log, Rig, simulate
 from rwjax.fitting.questions.after_a_fit import turned_over
 from rwjax.methods.first_estimates import WEIGHT, WEIGHT_ANGLE
+from rwjax.methods.first_rig import Datasheet, first_rig
 from rwjax.methods.hanging import hanging
 from rwjax.methods.known import Known
 from tests.joints import joint
@@ -75,13 +77,10 @@ def test_a_link_that_stands_up_at_angle_0_is_no_mistake() -> None:
     assert found.logs is about_pi and WEIGHT in found.numbers
 
 
-def test_a_slow_motion_that_the_command_balances_tells_the_weight_and_no_sign() -> None:
-    """An arm led by hand under a controller that carries its weight: the torque goes with the sine, and nothing tells the inertia."""
-    angle = 0.8 * np.sin(0.5 * TIME) + 1e-3 * np.random.default_rng(0).normal(size=len(TIME))
-    volts = 1.5 * 2.0 / 0.9 * np.sin(0.8 * np.sin(0.5 * TIME)) + 0.9 * 0.4 * np.cos(0.5 * TIME)
-    led = replace(record(TIME, volts, {"yaw_rad": angle}), name="led.csv")
-    found = hanging(with_weight, [led])
-    assert found.logs == [led] and not any("sign" in note for note in found.notes)
+def test_a_measured_arm_that_is_led_by_hand_is_not_asked_about_its_sign(realdata: Path) -> None:
+    """Its controller carries the weight: the torque goes with the sine, and hardly anything tells the inertia."""
+    led = realdata / "dfki_simple_pendulum" / "gravity_compensation.csv"
+    assert not any("sign" in note for note in first_rig([led], Datasheet(), "joint").notes)
 
 
 def test_a_joint_without_a_weight_has_none() -> None:

@@ -77,6 +77,11 @@ def test_nothing_is_asked_where_one_log_goes_as_it_is() -> None:
     assert about_what_a_fit_leaves(TRUTH, [LOGS[0], turned_over(LOGS[1])]) == []
 
 
+def test_nothing_is_asked_where_one_log_is_followed_worse_without_the_mistake() -> None:
+    logs = [turned_over(LOGS[0]), turned_over(LOGS[1]), swung(3)]
+    assert len(about_what_a_fit_leaves(GUESSES, logs[:2])) == 1 and about_what_a_fit_leaves(GUESSES, logs) == []
+
+
 def test_nothing_is_fitted_where_nothing_is_free_or_a_goal_is_commanded() -> None:
     wrong = [turned_over(log) for log in LOGS]
     assert about_what_a_fit_leaves(replace(GUESSES, free=()), wrong) == []

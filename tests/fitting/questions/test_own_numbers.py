@@ -22,3 +22,7 @@ def test_there_is_none_where_nothing_is_free_read_or_finite() -> None:
     read = log(U)
     nothing = replace(read, outputs={"yaw_rad": np.full(len(read.time), np.nan)})
     assert at_own_numbers(replace(RIG, free=()), [read]) is None and at_own_numbers(RIG, [nothing]) is None
+    other = replace(
+        read, outputs={"current_A": read.outputs["yaw_rad"]}, resolution={"current_A": 0.0}
+    )  # a platform has none
+    assert at_own_numbers(RIG, [other]) is None
