@@ -56,7 +56,8 @@ def hanging(rig_of: Callable[[dict[str, Known]], Rig], logs: Sequence[Log]) -> H
         )
         return Hanging(numbers, logs, (note,))
     for without, what, asks in WAYS:
-        if _weight(rig, mended := [without(log) for log in logs]) > 0.0:
+        mended = [without(log) for log in logs]
+        if all(a is not b for a, b in zip(mended, logs, strict=True)) and _weight(rig, mended) > 0.0:
             note = f"with {what} the logs tell a weight, and as they are none: {asks}. The numbers are those with that done"
             return Hanging(numbers, mended, (note,))
     return Hanging({}, logs)

@@ -83,6 +83,14 @@ def test_a_measured_arm_that_is_led_by_hand_is_not_asked_about_its_sign(realdata
     assert not any("sign" in note for note in first_rig([led], Datasheet(), "joint").notes)
 
 
+def test_a_spring_is_not_taken_for_a_weight_in_degrees() -> None:
+    sprung = joint(gear__ratio=1.0, motor__torque_constant=0.9, motor__inertia=0.0, axis__inertia=0.03)
+    sprung = replace(sprung, effects={"axis.spring": {"k": 0.5, "T_0": 0.0, "k_3": 0.0}})
+    volts = np.repeat(np.random.default_rng(5).choice([-4.0, -2.0, 0.0, 1.0, 3.0], 38), 40)[: len(TIME)]
+    y = np.asarray(simulate(sprung, TIME, {"voltage_V": volts})["yaw_rad"])
+    assert not any("degrees" in note for note in hanging(with_weight, [record(TIME, volts, {"yaw_rad": y})]).notes)
+
+
 def test_a_joint_without_a_weight_has_none() -> None:
     level = [moved(seed) for seed in (3, 4)]
     found = hanging(with_weight, level)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from rwjax.fitting.multiple_shooting import Fit, least_squares
-from rwjax.fitting.questions.angles import from_degrees
+from rwjax.fitting.questions.angles import from_wide_degrees
 from rwjax.fitting.questions.free_runs import free_runs
 from rwjax.fitting.questions.likeness import AS_IT_IS, Question, Run, explained, names_of, plainly_better
 from rwjax.fitting.questions.own_numbers import at_own_numbers
@@ -53,10 +53,8 @@ def about_what_a_fit_leaves(rig: Rig, logs: Sequence[Log]) -> list[Question]:
         pairs = [*zip(runs, shares, better, strict=True)] if better else []
         plain = [run.log for run, own, other in pairs if plainly_better(own, other)]
         if 2 * len(plain) > len(runs) and all(other > own for _, own, other in pairs):
-            left, as_it_is = (_left(some) for some in (better, shares))
-            return [
-                Question(f"{names_of(plain)}: a fit leaves {as_it_is} of the motion, and {left} with {what}: {asks}")
-            ]
+            left = f"as it is, a fit leaves {_left(shares)} of the motion"
+            return [Question(f"{names_of(plain)}: {left}, and with {what} it follows the motion: {asks}")]
     return []
 
 
@@ -76,12 +74,12 @@ WAYS: tuple[tuple[Callable[[Log], Log], str, str], ...] = (
     (
         turned_over,
         "the command's sign turned over",
-        "is its sign wrong, or that of all readings? Write sign = -1 for it in [columns]",
+        "is its sign wrong, or that of all readings? Write `NAME = { sign = -1 }` for it under [columns]",
     ),
     (
-        from_degrees,
+        from_wide_degrees,
         "angles taken for degrees",
-        'are the readings in degrees? Write unit = "deg" in [columns], or divide them by 57.296',
+        'are the readings in degrees? Write `NAME = { unit = "deg" }` for them under [columns], or divide them by 57.296',
     ),
 )
 """Logs without a mistake, what was done to them, and what is asked where a fit follows them plainly better."""
@@ -113,4 +111,4 @@ def _runs(fit: Fit) -> list[Run]:
 def _left(shares: Sequence[float]) -> str:
     """What free runs leave of the motion, the mean over the logs, in words."""
     left = 100.0 * (1.0 - float(np.mean(shares)))
-    return "all" if left >= 99.5 else "less than 1 %" if left < 1.0 else f"{left:.0f} %"
+    return "all" if left >= 99.5 else f"{left:.0f} %"

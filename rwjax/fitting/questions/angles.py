@@ -15,6 +15,9 @@ from rwjax.logs.log import Log
 NOTHING = 0.1
 """Share explained by angles as rad from which none is asked about: a motion that is 57 times too large is like nothing simulated [1]."""
 
+WIDE = 0.5
+"""Swing from which the sine of an angle is told from the angle [rad]."""
+
 
 def about_degrees(runs: Sequence[Run], in_rad: Callable[[], Sequence[Run]]) -> list[Question]:
     """A question about angles that were read as rad, where the logs are like their free runs once they are taken for degrees.
@@ -71,3 +74,17 @@ def from_degrees(log: Log) -> Log:
     return (
         replace(log, outputs=log.outputs | {name: np.radians(log.outputs[name]) for name in angles}) if angles else log
     )
+
+
+def from_wide_degrees(log: Log) -> Log:
+    """A log whose angles are taken for degrees, where they swing widely as such: of a small swing a weight pulls as a spring does, in any unit.
+
+    Args:
+        log: The log.
+
+    Returns:
+        The same, its angles in rad; the log itself where none of them swings by `WIDE`.
+    """
+    other = from_degrees(log)
+    wide = (np.nanmax(y) - np.nanmin(y) > WIDE for y in map(other.outputs.get, angles_of(log)) if np.isfinite(y).any())
+    return other if any(wide) else log

@@ -38,15 +38,18 @@ DEGREES = [replace(log, outputs={"yaw_rad": np.degrees(log.outputs["yaw_rad"])})
 @pytest.mark.parametrize(
     ("logs", "says"),
     [
-        ([turned_over(log) for log in LOGS], "with the command's sign turned over: is its sign wrong"),
-        (DEGREES, "with angles taken for degrees: are the readings in degrees"),
-        ([turned_over(LOGS[0])], "with the command's sign turned over: is its sign wrong"),
+        (
+            [turned_over(log) for log in LOGS],
+            "with the command's sign turned over it follows the motion: is its sign wrong",
+        ),
+        (DEGREES, "with angles taken for degrees it follows the motion: are the readings in degrees"),
+        ([turned_over(LOGS[0])], "with the command's sign turned over it follows the motion: is its sign wrong"),
     ],
 )
 def test_a_mistake_that_numbers_do_not_make_up_for_is_asked_about(logs: list[Log], says: str) -> None:
     (question,) = about_what_a_fit_leaves(GUESSES, logs)
     assert question.startswith("1.csv") and says in question
-    assert re.search(r": a fit leaves (all|[3-9]\d %) of the motion, and (less than 1|\d|1\d) % with ", question)
+    assert re.search(r": as it is, a fit leaves (all|[3-9]\d %) of the motion, and with ", question)
 
 
 @pytest.mark.parametrize("place", [0, 1])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rwjax import Log, Rig, simulate
-from rwjax.fitting.questions.angles import about_degrees, angles_of, from_degrees
+from rwjax.fitting.questions.angles import about_degrees, angles_of, from_degrees, from_wide_degrees
 from rwjax.fitting.questions.ask import questions
 from rwjax.fitting.questions.likeness import Run
 from tests.joints import joint
@@ -73,3 +73,13 @@ def test_no_degrees_where_one_of_several_logs_is_less_like_its_run_then() -> Non
     assert question.startswith("sine.csv and square.csv: yaw_rad taken for degrees")
     worse = [right[0], Run(right[1].log, {"yaw_rad": -right[1].log.outputs["yaw_rad"]})]
     assert about_degrees(off, lambda: worse) == []
+
+
+def test_a_small_swing_tells_no_degrees_by_a_fit() -> None:
+    """A sine is a line there, as the torque of a spring that is taken for degrees."""
+    log = swung("sine.csv")
+    assert from_wide_degrees(log) is log and np.ptp(log.outputs["yaw_rad"]) < 28.0
+    degrees = swung("sine.csv", np.degrees(1.0))
+    assert from_wide_degrees(degrees).outputs["yaw_rad"] == pytest.approx(log.outputs["yaw_rad"])
+    unread = replace(log, outputs={"yaw_rad": np.full(len(TIME), np.nan)})
+    assert from_wide_degrees(unread) is unread
