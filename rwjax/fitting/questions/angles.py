@@ -86,5 +86,5 @@ def from_wide_degrees(log: Log) -> Log:
         The same, its angles in rad; the log itself where none of them swings by `WIDE`.
     """
     other = from_degrees(log)
-    wide = (np.nanmax(y) - np.nanmin(y) > WIDE for y in map(other.outputs.get, angles_of(log)) if np.isfinite(y).any())
-    return other if any(wide) else log
+    swings = [other.outputs[name][np.isfinite(other.outputs[name])] for name in angles_of(log)]
+    return other if any(y.size and np.ptp(y) > WIDE for y in swings) else log
